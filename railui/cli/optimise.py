@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from railui.cli import EXIT_LIMIT_VIOLATED
-from railui.cli.invocation import InfoLines, Invocation, StatusLine, common_options, usage_error
+from railui.cli.cluster import connect
+from railui.cli.invocation import InfoLines, Invocation, StatusLine, common_options
 from railui.cli.tables import format_cell, format_count, make_table
 
 if TYPE_CHECKING:
@@ -115,11 +116,7 @@ def _runner(scheduler: str | None, call: Invocation) -> Runner:
         from railui.execution.threads import ThreadRunner
 
         return ThreadRunner(call.jobs)
-    try:
-        from railui.execution.dask_cluster import DaskRunner
-    except ModuleNotFoundError as error:
-        raise usage_error(f"--scheduler needs {error.name}: pip install 'railui[cluster]'") from None
-    return DaskRunner(scheduler, InfoLines(call))
+    return connect(scheduler, call)
 
 
 def _show_plan(study: Study, directory: Path, call: Invocation) -> None:

@@ -3,24 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import click
 
 from railui.cli.arguments import load_design_argument, overrides_argument, quantity_option, split_overrides
+from railui.cli.cluster import connect
 from railui.cli.identification_tables import DETECTABLE_KINDS
 from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error
+from railui.cli.plan_after import Candidates, plan_after
 from railui.cli.quantities import parse_duration, parse_plot_path, parse_speeds
 from railui.cli.tables import make_table
 
-if TYPE_CHECKING:
-    from railui.planning.after import FinishedLoop
-    from railui.planning.next_run import NextRun
-
 DURATION: Final = 60.0  # s of a run
-MAX_ROWS: Final = 12  # next runs shown
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Options of a plan before any measurement."""
+
+    budget: float | None
+    plot: str | None
+    store: str | None
+    scheduler: str | None
+
+    @property
+    def are_default(self) -> bool:
+        """True where none was given."""
+        return all(x is None for x in vars(self).values())
 
 
 @click.command("plan")
@@ -35,8 +47,11 @@ MAX_ROWS: Final = 12  # next runs shown
 @click.option("--budget", type=click.FloatRange(min=0, min_open=True), help="Largest cost, in place of the file's.")
 @quantity_option("--plot", parse_plot_path, metavar="FILE", help="Write the page (.html) or the map of limits.")
 @click.option("--store", metavar="DIR", help="Keep what was computed of every run; read again, a plan resumes.")
+@click.option("--scheduler", metavar="ADDRESS", help="Distribute the runs: tcp://host:8786 of a dask scheduler.")
 @click.option("--after", metavar="DIR", help="Results of a loop: which next run separates its rival models?")
 @click.option("--measured", metavar="RUN", help="With --after: the next run, once measured; it decides.")
+@click.option("--load", "loads", multiple=True, metavar="NAME", help="With --after: a load state of the next run.")
+@click.option("--bench", metavar="PLACE", help="With --after: `all` components on a bench, or that of --measured.")
 @common_options
 def command(
     design: str | None,
@@ -50,8 +65,11 @@ def command(
     budget: float | None,
     plot: str | None,
     store: str | None,
+    scheduler: str | None,
     after: str | None,
     measured: str | None,
+    loads: tuple[str, ...],
+    bench: str | None,
     call: Invocation,
 ) -> None:
     """Plan a measurement campaign: which sensors and runs would detect which effects of DESIGN.
@@ -69,36 +87,27 @@ def command(
     With --after, the runs that may be made next are ranked by the probability that they separate the models that a loop
     left undecided; --measured compares the predictions of these models with such a run by Vuong's test.
     """
+    outputs = Outputs(budget, plot, store, scheduler)
+    candidates = Candidates(sensors, speeds, tracks, sections, duration, split_overrides(noise), loads, bench)
     if after is not None:
         if design is not None:
             raise usage_error("--after takes the vehicle of the loop: leave DESIGN out")
-        if budget is not None or plot is not None or store is not None:
-            raise usage_error("--budget, --plot and --store are for a plan before any measurement: leave them out")
-        _after(after, sensors, speeds, tracks, sections, duration, noise, measured, call)
+        if not outputs.are_default:
+            raise usage_error(
+                "--budget, --plot, --store and --scheduler are for a plan before any measurement: leave them out"
+            )
+        plan_after(after, candidates, measured, call)
         return
-    if measured is not None:
-        raise usage_error("--measured is for --after DIR, the results of a loop")
+    if measured is not None or loads or bench is not None:
+        raise usage_error("--measured, --load and --bench are for --after DIR, the results of a loop")
     missing = [name for name, value in (("DESIGN", design), ("--sensors", sensors), ("--speeds", speeds)) if not value]
-    if missing or not tracks or design is None or sensors is None or speeds is None:
+    if missing or not tracks or design is None:
         raise usage_error(f"give {', '.join([*missing, *([] if tracks else ['--track'])])}, or --after DIR")
-    _before(
-        design, overrides, sensors, speeds, tracks, sections, duration or DURATION, noise, budget, plot, store, call
-    )
+    _plan_before(design, overrides, candidates, outputs, call)
 
 
-def _before(
-    design: str,
-    overrides: dict[str, str],
-    sensors: str,
-    speeds: list[float],
-    tracks: Sequence[str],
-    sections: int,
-    duration: float,
-    noise: tuple[str, ...],
-    budget: float | None,
-    plot: str | None,
-    store: str | None,
-    call: Invocation,
+def _plan_before(
+    design: str, overrides: dict[str, str], candidates: Candidates, outputs: Outputs, call: Invocation
 ) -> None:
     """Plan before any measurement."""
     from railui.planning.plan import make_plan, plan_document
@@ -106,110 +115,38 @@ def _before(
     from railui.planning.store import InformationStore
 
     loaded = load_design_argument(call, design, overrides)
-    file = load_plan(sensors, loaded, split_overrides(noise))
+    file = load_plan(str(candidates.sensors), loaded, candidates.noise)
     call.warn(file.campaign.warnings)
-    if budget is not None:
-        file = replace(file, budget=budget)
+    if outputs.budget is not None:
+        file = replace(file, budget=outputs.budget)
+    cluster = None if outputs.scheduler is None else connect(outputs.scheduler, call)
     try:
         plan = make_plan(
             file,
-            speeds,
-            tracks,
-            duration,
+            candidates.speeds or [],
+            candidates.tracks,
+            candidates.duration or DURATION,
             seed=call.seed,
             jobs=call.jobs,
             progress=StatusLine(call),
-            store=None if store is None else InformationStore(Path(store)),
-            sections=sections,
+            store=None if outputs.store is None else InformationStore(Path(outputs.store)),
+            sections=candidates.sections,
+            cluster=cluster,
         )
     except ValueError as error:
         raise usage_error(str(error)) from None
-    files = [design, sensors, *(str(run.source.file) for run in plan.runs if run.source.file is not None)]
+    finally:
+        if cluster is not None:
+            cluster.close()
+    files = [design, str(candidates.sensors), *(str(r.source.file) for r in plan.runs if r.source.file is not None)]
     body = {"overrides": overrides} | plan_document(plan)
     document = call.document("plan", body, list(dict.fromkeys(files)))
     for table in _tables(document, loaded.structure):
         call.show(table)
-    if plot is not None:
-        _write_plot(document, loaded.structure, plot)
-        call.info(f"wrote {plot}")
+    if outputs.plot is not None:
+        _write_plot(document, loaded.structure, outputs.plot)
+        call.info(f"wrote {outputs.plot}")
     call.write_json(document)
-
-
-def _after(
-    directory: str,
-    sensors: str | None,
-    speeds: list[float] | None,
-    tracks: Sequence[str],
-    sections: int,
-    duration: float | None,
-    noise: tuple[str, ...],
-    measured: str | None,
-    call: Invocation,
-) -> None:
-    """Rank the next runs after a loop, or compare its rivals on one that has been measured."""
-    from railui.planning.after import load_finished_loop, propose_runs
-    from railui.planning.plan_file import load_plan
-    from railui.planning.rivals import undecided
-    from railui.report.loop.next_run import rival_text, run_row
-
-    loop = load_finished_loop(directory, seed=call.seed or 0, jobs=call.jobs, progress=StatusLine(call))
-    vehicle = loop.context.campaign.design
-    rivals = [r.key | {"z": r.z} for r in loop.rivals]
-    names = [rival_text(r, vehicle.structure) for r in rivals]
-    settings = loop.context.settings.planning
-    open_ones = len(undecided(loop.rivals, settings))
-    body: dict[str, Any] = {"after": directory, "rivals": rivals, "undecided": open_ones - 1}
-    inputs = [str(loop.directory / "loop.json"), str(loop.context.campaign.source)]
-    against = [(n, f"{r['z']:.2f}") for n, r in zip(names[1:], rivals[1:], strict=True)]
-    caption = f"above {settings.critical_z:.2f}: separated by the data of the loop"
-    call.show(make_table(("model", "z of the final model"), [(names[0], "final"), *against], caption=caption))
-    if measured is not None:
-        body["decisions"] = _decide(loop, measured, names, call)
-        call.write_json(call.document("plan", body, [*inputs, measured]))
-        return
-    if open_ones < 2:
-        call.show("The data of the loop separate the final model from all others: no further run is needed for that.")
-    levels: dict[str, float] = {}
-    if sensors is not None:
-        file = load_plan(sensors, vehicle, split_overrides(noise))
-        levels = {c: file.campaign.noise[c] for c in file.sensors}
-    try:
-        found = propose_runs(loop, speeds, list(tracks) or None, duration, levels, sections) if open_ones > 1 else []
-    except ValueError as error:
-        raise usage_error(str(error)) from None
-    body["next_runs"] = [run_row(run) for run in found]
-    if found:
-        rows = [
-            (r.run.name, " ".join(r.sensors), f"{100 * r.probability:.0f} %", *_chances(r, open_ones))
-            for r in found[:MAX_ROWS]
-        ]
-        columns = ("run", "sensors", "separates", *names[1:open_ones])
-        call.show(make_table(columns, rows, title=f"next runs of {found[0].run.duration:.0f} s, the best first"))
-    call.write_json(call.document("plan", body, inputs))
-
-
-def _chances(run: NextRun, rivals: int) -> list[str]:
-    chance = {p.rival: p.probability for p in run.prospects}
-    return [f"{100 * chance[j]:.0f} %" if j in chance else "-" for j in range(1, rivals)]
-
-
-def _decide(loop: FinishedLoop, measured: str, names: Sequence[str], call: Invocation) -> list[dict[str, Any]]:
-    """Compare all rivals on a measured run and print the decisions."""
-    from railui.campaign.dataset import segments_of_run
-    from railui.planning.next_run import decide
-    from railui.runs.run import load_run
-
-    kind = loop.context.campaign.design.run_form
-    run = load_run(Path(measured), kind)
-    call.warn(run.warnings)
-    segments = segments_of_run(run, Path(measured).name, "test", kind)
-    decisions = decide(loop.context, loop.rivals, segments)
-    rows = [
-        (names[d.rival], f"{d.z:.2f}", (names[0] if d.z > 0 else names[d.rival]) if d.is_clear else "undecided")
-        for d in decisions
-    ]
-    call.show(make_table(("final model against", "z", "better on the run (5 % level)"), rows, title=measured))
-    return [{"rival": d.rival, "z": d.z, "clear": d.is_clear} for d in decisions]
 
 
 def _write_plot(document: Mapping[str, Any], structure: Any, path: str) -> None:

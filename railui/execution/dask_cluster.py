@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from distributed import Client, Future, KilledWorker
 
@@ -17,6 +17,7 @@ from railui.execution.dask_worker import (
     MismatchedWorker,
     identity_differences,
     run_bundle,
+    run_checked,
     worker_identity,
 )
 from railui.execution.task_bundles import BUNDLE_SECONDS, TaskBundle, bundle_tasks
@@ -33,7 +34,12 @@ POLL_INTERVAL: Final = 1.0  # s between two queries of the workers
 WORKER_POLL_INTERVAL: Final = 0.2  # s, while there is no worker
 MAX_CASE_SUBMISSIONS: Final = 10
 PACE_WEIGHT: Final = 0.2  # of the last bundle in the moving average of the pace
+MAP_RETRIES: Final = 3
 KILLED_WORKER: Final = "killed its worker"  # a key of `failures` in the result
+
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 class ClusterError(TemporaryError):
@@ -84,6 +90,22 @@ class DaskRunner:
         self._await_workers()
         parts = split_tasks(tasks, BUNDLE_SECONDS, self.workers, self._pace)
         BundleRun(self, deliver).run(bundle_tasks(parts, self._pace, self.workers))
+
+    def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+        """Return the results of a function of each item, in their order; a lost worker costs its items only."""
+        self._await_workers()
+        workers = self.accepted_workers() if self.has_refused_workers else None
+        identity = environment_identity()
+        futures = [
+            self._client.submit(run_checked, identity, function, x, workers=workers, pure=False, retries=MAP_RETRIES)
+            for x in items
+        ]
+        try:
+            return list(self._client.gather(futures))
+        except KilledWorker as error:
+            raise ClusterError(f"{error.task} killed its worker {error.last_worker} on {self.address}") from None
+        except (OSError, TimeoutError, CancelledError) as error:
+            raise self.lost_scheduler(error) from None
 
     # workers
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from distributed import get_worker
@@ -14,6 +15,8 @@ from railui.execution.tasks import environment_identity
 from railui.optimisation.cases import Case
 from railui.optimisation.responses import Responses
 
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 BundleResults = list[tuple[Responses, float]]
 
 
@@ -44,6 +47,13 @@ def run_bundle(
         return [tasks.run_task(case, np.array(rows), keys) for case, (rows, keys) in zip(cases, parts, strict=True)]
     except Exception as error:
         return f"{type(error).__name__}: {error}"
+
+
+def run_checked(expected: Mapping[str, str], function: Callable[[Item], Result], item: Item) -> Result:
+    """Return a function of an item; RuntimeError on a worker whose environment differs from `expected`."""
+    if dict(expected) != environment_identity():
+        raise RuntimeError(f"{get_worker().address} has another environment")
+    return function(item)
 
 
 def identity_differences(worker: object) -> str:

@@ -15,6 +15,7 @@ from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.identification.context import Context, create_context
 from railui.io.atomic import sha256_file
 from railui.io.problems import file_problem
+from railui.planning.component_bench import planned_benches
 from railui.planning.next_run import NextRun, next_runs
 from railui.planning.planned_runs import planned_runs
 from railui.planning.rivals import RivalModel, read_rivals, undecided
@@ -143,6 +144,8 @@ def propose_runs(
     duration: float | None = None,
     levels: Mapping[str, float] | None = None,
     sections: int = 1,
+    loads: Sequence[str] = (),
+    benches: bool = False,
 ) -> list[NextRun]:
     """Assess the runs that may be made next; by default at speeds about that of the campaign on its own track.
 
@@ -152,6 +155,10 @@ def propose_runs(
         Noise [SI] of sensors that may be added, by their names.
     sections
         Places along each track from which a run may start.
+    loads
+        Load states in which the vehicle may run; by default that of the campaign.
+    benches
+        True where the components at which undecided effects act may be put on a bench.
 
     Raises
     ------
@@ -159,7 +166,12 @@ def propose_runs(
         For a faulty track or one that is too short.
     """
     usual_speeds, first, usual_duration = usual_runs(loop.context.dataset)
-    runs = planned_runs(speeds or usual_speeds, tracks or [first], duration or usual_duration, sections=sections)
+    rivals = undecided(loop.rivals, loop.context.settings.planning)
+    for state in loads:
+        rivals[0].in_load_state(state)  # an unknown one is refused before anything is simulated
+    wanted = speeds or usual_speeds, tracks or [first], duration or usual_duration
+    runs = planned_runs(*wanted, sections=sections, loads=loads)
     more = [c for c in levels or {} if c not in loop.sensors and is_compared(c)]
     context = with_noise(loop.context, levels or {})
-    return next_runs(context, undecided(loop.rivals, context.settings.planning), runs, loop.sensors, more)
+    tests = planned_benches(context, rivals) if benches else []
+    return next_runs(context, rivals, runs, loop.sensors, more, tests)

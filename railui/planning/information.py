@@ -6,8 +6,9 @@ another simulation.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,42 @@ class Information:
     runs: tuple[RunInformation, ...]
 
 
-def collect_information(context: Context, store: InformationStore | None = None) -> Information:
+Result = tuple[RunInformation, NDArray[np.bool_]]  # of a run, and which shapes are valid
+
+
+@dataclass(frozen=True, eq=False)
+class RunJob:
+    """Computation of the information of one run, which any process can do.
+
+    Attributes
+    ----------
+    context
+        Of all runs.
+    index
+        Of the run, which seeds its noise.
+    candidates
+        Effects that are compared.
+    seconds
+        Length of a block.
+    """
+
+    context: Context
+    index: int
+    candidates: tuple[Candidate, ...]
+    seconds: float
+
+
+class Cluster(Protocol):
+    """Processes that compute the information of runs elsewhere."""
+
+    def map(self, function: Callable[[RunJob], Result], jobs: Sequence[RunJob]) -> list[Result]:
+        """Return the results in the order of the jobs."""
+        ...
+
+
+def collect_information(
+    context: Context, store: InformationStore | None = None, cluster: Cluster | None = None
+) -> Information:
     """Linearise the nominal model on the estimation runs of a context and score noise on every row.
 
     Parameters
@@ -50,41 +86,63 @@ def collect_information(context: Context, store: InformationStore | None = None)
         Its estimation runs are the planned ones, simulated without noise.
     store
         Where the information of every run is kept; None: nowhere.
+    cluster
+        Where the runs are computed; None: here, one after the other, with the threads of the context.
     """
     model = context.nominal
     prepared = prepare_segments(context, model, context.dataset.estimation)
     free = free_parameters(context, model, context.campaign.estimated_parameters)
     segments = context.dataset.estimation
     candidates = list_candidates(model, segments, without=context.excluded, loaded=context.campaign.track == "loaded")
-    batches = batch_candidates(candidates)
-    keys = tuple((b.members[member], shape) for b in batches for member, shape in b.lanes)
+    keys = tuple((b.members[member], shape) for b in batch_candidates(candidates) for member, shape in b.lanes)
     seconds = block_duration(context.settings.calibration, model, segments)
-    solver = GaussNewton(context, model, free, prepared, block=seconds, stable=False)
     x = np.array([model.value(p) for p in free.paths])
     names = [(c.kind, c.at, c.wheelset, dict(c.shapes[shape])) for c, shape in keys]
     settings = context.settings.score_test
     constant = (free.paths, x, names, settings, dict(context.dataset.noise), context.campaign.noise_band, context.seed)
-    runs = []
-    is_valid = np.ones(len(keys), dtype=bool)
-    for i, target in enumerate(prepared):
-        length = block_length(seconds, target)
-        key = content_key((*constant, i, length, *_content_of(target)))
-        stored = None if store is None else store.read(key)
-        if stored is None:
-            text = f"{target.segment.file}: {len(free.paths)} parameters, {len(keys)} shapes of effects"
-            context.progress.message(text)
-            sensitivities, _ = solver.sensitivities(target, x)
-            differences, valid = _differences(context, model, target, batches)
-            rows = np.concatenate([sensitivities[1:], differences])
-            run = _products(target, rows, _noise_realisations(context, model, target, i), length)
-            if store is not None:
-                store.write(key, run, valid)
-        else:
-            run, valid = stored
-        is_valid &= valid
-        runs.append(run)
+    names_of_runs = [
+        content_key((*constant, i, block_length(seconds, target), *_content_of(target)))
+        for i, target in enumerate(prepared)
+    ]
+    found = {i: result for i, name in enumerate(names_of_runs) if store and (result := store.read(name)) is not None}
+    open_jobs = [RunJob(context, i, tuple(candidates), seconds) for i in range(len(prepared)) if i not in found]
+    for job, result in zip(open_jobs, _results(open_jobs, len(free.paths), len(keys), cluster), strict=True):
+        found[job.index] = result
+        if store is not None:
+            store.write(names_of_runs[job.index], *result)
+    is_valid = np.logical_and.reduce([valid for _, valid in found.values()])
     kept = np.flatnonzero(is_valid).astype(np.int64)
-    return Information(free, tuple(keys[k] for k in kept), tuple(_select(r, len(free.paths), kept) for r in runs))
+    runs = tuple(_select(found[i][0], len(free.paths), kept) for i in range(len(prepared)))
+    return Information(free, tuple(keys[k] for k in kept), runs)
+
+
+def _results(jobs: Sequence[RunJob], parameters: int, shapes: int, cluster: Cluster | None) -> Iterator[Result]:
+    """Yield the results in the order of the jobs, each as soon as it is there."""
+    if cluster is not None and jobs:
+        jobs[0].context.progress.message(f"{len(jobs)} runs on the cluster")
+        remote = [replace(job, context=job.context.in_background(1)) for job in jobs]
+        yield from cluster.map(run_information, remote)
+        return
+    for job in jobs:
+        segment = job.context.dataset.estimation[job.index]
+        text = f"{segment.file}: {parameters} parameters, {shapes} shapes of effects"
+        job.context.progress.message(text)
+        yield run_information(job)
+
+
+def run_information(job: RunJob) -> Result:
+    """Linearise the nominal model on a run; the result does not depend on the other runs, nor on the process."""
+    context = job.context
+    model, segment = context.nominal, context.dataset.estimation[job.index]
+    (target,) = prepare_segments(context, model, [segment])
+    free = free_parameters(context, model, context.campaign.estimated_parameters)
+    solver = GaussNewton(context, model, free, [target], block=job.seconds, stable=False)
+    x = np.array([model.value(p) for p in free.paths])
+    sensitivities, _ = solver.sensitivities(target, x)
+    differences, valid = _differences(context, model, target, batch_candidates(job.candidates))
+    rows = np.concatenate([sensitivities[1:], differences])
+    noise = _noise_realisations(context, model, target, job.index)
+    return _products(target, rows, noise, block_length(job.seconds, target)), valid
 
 
 def _content_of(target: FitSegment) -> list[object]:

@@ -14,7 +14,7 @@ from railui.campaign.campaign import Campaign
 from railui.identification.context import create_context
 from railui.identification.structure.candidates import Candidate
 from railui.planning.expectation import Choice, Expectation
-from railui.planning.information import Information, collect_information
+from railui.planning.information import Cluster, Information, collect_information
 from railui.planning.plan_file import RUN, PlanFile
 from railui.planning.planned_runs import PlannedRun, planned_runs, simulate_runs
 from railui.planning.selection import Selection, Step, reference
@@ -83,6 +83,7 @@ def make_plan(
     progress: Progress = SILENT,
     store: InformationStore | None = None,
     sections: int = 1,
+    cluster: Cluster | None = None,
 ) -> Plan:
     """Simulate the runs that may be made with the nominal vehicle and select sensors and runs.
 
@@ -100,6 +101,8 @@ def make_plan(
         Where the information of every run is kept and found again.
     sections
         Places along each track from which a run may start.
+    cluster
+        Where the runs are computed; None: in this process.
 
     Raises
     ------
@@ -119,7 +122,7 @@ def make_plan(
         )
     dataset = simulate_runs(campaign, model, stable, file.sensors)
     context = create_context(dataset, seed=seed or 0, jobs=jobs, progress=progress)
-    information = collect_information(context, store)
+    information = collect_information(context, store, cluster)
     numbers = tuple(range(len(stable)))
     everything = expect(information, Choice(file.sensors, numbers, numbers[-1]), campaign, context.seed)
     progress.message("selecting sensors and runs")

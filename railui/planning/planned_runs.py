@@ -25,13 +25,17 @@ SPARE_LENGTH = 10.0  # m of a synthetic track beyond the longest run
 
 @dataclass(frozen=True, eq=False)
 class PlannedRun:
-    """A run at a constant speed [m/s] for a duration [s] on a track, from a distance [m] behind its start."""
+    """A run at a constant speed [m/s] for a duration [s] on a track, from a distance [m] behind its start.
+
+    load: state in which the vehicle runs; None: that of its design.
+    """
 
     speed: float
     duration: float
     source: TrackSource
     name: str
     start: float = 0.0
+    load: str | None = None
 
     @property
     def length(self) -> float:
@@ -45,8 +49,9 @@ def planned_runs(
     duration: float,
     seed: int | None = None,
     sections: int = 1,
+    loads: Sequence[str] = (),
 ) -> list[PlannedRun]:
-    """Return a run for every speed [m/s] on every section of every track.
+    """Return a run for every speed [m/s] on every section of every track, in every load state.
 
     A synthetic track is made as long as the fastest run on each of its sections.
 
@@ -58,6 +63,8 @@ def planned_runs(
         Seed that replaces that of the specs.
     sections : int
         Places along each track from which a run may start, equally spaced from its start on.
+    loads : sequence of str
+        Load states of the design; none: that in which it is.
 
     Raises
     ------
@@ -73,7 +80,7 @@ def planned_runs(
             raise ValueError(f"{source.name} has curves: plan runs on tangent track, which the loop needs")
         for speed in speeds:
             runs += _runs_on(source, speed, duration, sections, source.name if len(tracks) > 1 else "")
-    return runs
+    return [replace(run, load=load, name=f"{run.name}, {load}") for load in loads for run in runs] if loads else runs
 
 
 def _runs_on(source: TrackSource, speed: float, duration: float, sections: int, track: str) -> list[PlannedRun]:

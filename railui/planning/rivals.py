@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,7 @@ from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep
 from railui.planning.vuong import vuong_statistic
 from railui.vehicle.effects import PlacedEffect
+from railui.vehicle.load_states import STATE_PATH
 from railui.vehicle.model import Model
 
 MAX_WEAK_EFFECTS = 2
@@ -62,6 +63,33 @@ class RivalModel:
     def values(self) -> FloatArray:
         """Estimates [p]."""
         return np.array([self.model.value(p) for p in self.paths])
+
+    def with_values(self, values: FloatArray) -> Model:
+        """Return the vehicle with other values [p] of the estimated parameters."""
+        return self.model.with_path_values(self.paths, values)
+
+    def in_load_state(self, state: str | None) -> RivalModel:
+        """Return the rival in a load state of its design; UnitError for an unknown one."""
+        if state is None:
+            return self
+        design = self.model.design.with_values({STATE_PATH: state})
+        return replace(self, model=replace(self.model, design=design))
+
+    def draw(self, rng: np.random.Generator, count: int) -> FloatArray:
+        """Draw values [count, p] about the estimates; one that changes its sign keeps the estimate."""
+        values = self.values()
+        drawn = values + rng.standard_normal((count, len(values))) @ self.deviations.T
+        return np.asarray(np.where(np.sign(drawn) == np.sign(values), drawn, values))
+
+    def without_effect(self) -> Model:
+        """Return the vehicle as estimated, without the effect in which the rival differs."""
+        design = self.model.design
+        effects = tuple(e for e in design.effects if not self._is_own(e))
+        sensors = tuple(e for e in self.model.sensors if not self._is_own(e))
+        return replace(self.model, design=replace(design, effects=effects), sensors=sensors)
+
+    def _is_own(self, effect: PlacedEffect) -> bool:
+        return (effect.kind, effect.at, effect.wheelset) == tuple(self.key.values())
 
 
 def rival_models(result: LoopResult) -> list[RivalModel]:

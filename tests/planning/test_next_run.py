@@ -13,7 +13,8 @@ from railui.identification.context import Context
 from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
 from railui.identification.structure.candidates import Candidate
-from railui.planning.next_run import NextRun, decide, next_runs
+from railui.planning.decision import decide
+from railui.planning.next_run import NextRun, next_runs
 from railui.planning.planned_runs import planned_runs, simulate_runs
 from railui.planning.rivals import RivalModel, read_rivals, rival_models, rival_records, undecided
 from railui.vehicle.effects import PlacedEffect

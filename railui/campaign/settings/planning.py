@@ -19,6 +19,20 @@ class PlanningSettings:
         provenance="conventional: 5 %",
     )
     max_rivals: int = setting(3, minimum=1, meaning="Models that are compared with the final one.")
+    equivalent_difference: float = setting(
+        0.2,
+        minimum=0.0,
+        meaning="Difference of the motions that two rivals predict, as a share of what their effects change, below "
+        "which they are equivalent where no run separates them.",
+        provenance="conventional: a stop without clearance and a spring, one law, differ by 0.03 to 0.1",
+    )
+    equivalent_chance: float = setting(
+        0.8,
+        minimum=0.0,
+        maximum=1.0,
+        meaning="Chance of the best run to separate two rivals below which they may be equivalent.",
+        provenance="conventional: a run that decides in four cases of five is worth its proposal",
+    )
     weak_effect_score: float = setting(
         1.0, meaning="Score in standard deviations from which a weak effect is a rival of the model without it."
     )

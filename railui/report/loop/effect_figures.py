@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from railui import core
+from railui.identification.component_force import elements_at_port, restoring_force
 from railui.identification.result import LoopResult
 from railui.report.figures.drawing import Picture, axis_label, draw_picture
 from railui.report.loop.catalogued_effects import catalogued_effects
@@ -15,12 +16,10 @@ from railui.report.loop.discrepancy_figures import discrepancy_figure
 from railui.report.loop.figures import LINES, Window
 from railui.report.loop.force_evaluation import (
     EvaluationWindow,
-    elements_at_port,
     explained_variance,
     forces_on_fixed_wheelsets,
     gauge_at_wheelset,
     most_active_port,
-    restoring_force,
     rms,
     total_force,
     total_force_title,

@@ -7,7 +7,9 @@ from typing import Any, Final
 
 from railui.identification.result import LoopResult
 from railui.planning.after import FinishedLoop, propose_runs
+from railui.planning.component_bench import FREQUENCIES, PlannedBench
 from railui.planning.next_run import NextRun
+from railui.planning.planned_runs import PlannedRun
 from railui.planning.rivals import RivalModel, rival_models, undecided
 from railui.report.loop.wording import effect_title, location_text
 from railui.vehicle.multibody import Structure
@@ -31,17 +33,32 @@ def next_run_rows(result: LoopResult, rivals: Sequence[RivalModel]) -> list[dict
     return [run_row(run) for run in found[:SHOWN]]
 
 
-def run_row(run: NextRun) -> dict[str, Any]:
+def run_row(run: NextRun, structure: Structure | None = None) -> dict[str, Any]:
     """Return a run as data."""
     return {
-        "name": run.run.name,
-        "speed": run.run.speed,
+        **(_bench(run.run, structure) if isinstance(run.run, PlannedBench) else _run_on_track(run.run)),
         "duration": run.run.duration,
-        "track": run.run.source.name,
-        "start": run.run.start,
         "sensors": list(run.sensors),
         "probability": run.probability,
-        "prospects": [{"rival": p.rival, "probability": p.probability, "z": p.z} for p in run.prospects],
+        "prospects": [
+            {"rival": p.rival, "probability": p.probability, "z": p.z, "equivalent": p.is_equivalent}
+            for p in run.prospects
+        ],
+    }
+
+
+def _run_on_track(run: PlannedRun) -> dict[str, Any]:
+    return {"name": run.name, "speed": run.speed, "track": run.source.name, "start": run.start, "load": run.load}
+
+
+def _bench(bench: PlannedBench, structure: Structure | None) -> dict[str, Any]:
+    place = location_text(bench.at, bench.port or None, structure)
+    return {
+        "name": f"bench: {place}",
+        "at": bench.at,
+        "wheelset": bench.port or None,
+        "amplitude": bench.amplitude,
+        "frequencies": list(FREQUENCIES),
     }
 
 
@@ -72,19 +89,25 @@ def next_run_lines(report: Mapping[str, Any]) -> list[str]:
     lines = [f"{opening}: {'; '.join(rival_text(row) for row in rows)}."]
     if runs := report.get("next_runs"):
         best = runs[0]
+        if all(p["equivalent"] for p in best["prospects"]):
+            return [*lines, "They predict the same motion as the final model in every run considered."]
         sensors = " ".join(best["sensors"])
         chance = 100 * best["probability"]
         lines.append(
-            f"Next run: {best['name']}, {best['duration']:.0f} s with {sensors} separates them with a probability of "
+            f"Next run: {best['name']}, {best['duration']:.0f} s with {sensors} decides with a probability of "
             f"{chance:.0f} %."
         )
     return lines
 
 
+def _cell(prospect: Mapping[str, Any]) -> str:
+    return "same motion" if prospect["equivalent"] else f"{100 * prospect['probability']:.0f} %"
+
+
 def next_run_table(report: Mapping[str, Any], structure: Structure | None = None) -> dict[str, Any]:
     """Return the table of the page: a column per undecided rival, a row per run."""
     rows = undecided_rows(report)
-    chances = [{p["rival"]: p["probability"] for p in run["prospects"]} for run in report.get("next_runs", ())]
+    chances = [{p["rival"]: _cell(p) for p in run["prospects"]} for run in report.get("next_runs", ())]
     return {
         "rivals": [(rival_text(row, structure), f"{row['z']:.2f}") for row in rows],
         "runs": [
@@ -92,7 +115,7 @@ def next_run_table(report: Mapping[str, Any], structure: Structure | None = None
                 "name": run["name"],
                 "sensors": " ".join(run["sensors"]),
                 "duration": f"{run['duration']:.0f} s",
-                "cells": [f"{100 * chance[j]:.0f} %" if j in chance else "–" for j in range(1, len(rows) + 1)],
+                "cells": [chance.get(j, "–") for j in range(1, len(rows) + 1)],
             }
             for run, chance in zip(report.get("next_runs", ()), chances, strict=True)
         ],

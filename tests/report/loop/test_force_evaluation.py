@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from railui.report.loop.force_evaluation import explained_variance, gauge_at_wheelset, restoring_force
+from railui.identification.component_force import restoring_force
+from railui.report.loop.force_evaluation import explained_variance, gauge_at_wheelset
 from railui.vehicle.effects import PlacedEffect
 
 
