@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final, TypeVar
 
 from distributed import Client, Future, KilledWorker
@@ -34,7 +35,6 @@ POLL_INTERVAL: Final = 1.0  # s between two queries of the workers
 WORKER_POLL_INTERVAL: Final = 0.2  # s, while there is no worker
 MAX_CASE_SUBMISSIONS: Final = 10
 PACE_WEIGHT: Final = 0.2  # of the last bundle in the moving average of the pace
-MAP_RETRIES: Final = 3
 KILLED_WORKER: Final = "killed its worker"  # a key of `failures` in the result
 
 
@@ -92,20 +92,41 @@ class DaskRunner:
         BundleRun(self, deliver).run(bundle_tasks(parts, self._pace, self.workers))
 
     def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-        """Return the results of a function of each item, in their order; a lost worker costs its items only."""
+        """Return the results of a function of each item, in their order; a lost worker costs its items only.
+
+        Raises
+        ------
+        ClusterError
+            If the scheduler is lost, no worker is left, or an item kills one worker after another.
+        """
         self._await_workers()
-        workers = self.accepted_workers() if self.has_refused_workers else None
-        identity = environment_identity()
-        futures = [
-            self._client.submit(run_checked, identity, function, x, workers=workers, pure=False, retries=MAP_RETRIES)
-            for x in items
-        ]
-        try:
-            return list(self._client.gather(futures))
-        except KilledWorker as error:
-            raise ClusterError(f"{error.task} killed its worker {error.last_worker} on {self.address}") from None
-        except (OSError, TimeoutError, CancelledError) as error:
-            raise self.lost_scheduler(error) from None
+
+        def submit(item: Item) -> Future[Any]:
+            workers = self.accepted_workers() if self.has_refused_workers else None
+            identity = environment_identity()
+            return self._client.submit(run_checked, identity, function, item, workers=workers, pure=False, retries=1)
+
+        futures = [submit(item) for item in items]
+        return [self._result(future, partial(submit, x)) for future, x in zip(futures, items, strict=True)]
+
+    def _result(self, future: Future[Any], submit: Callable[[], Future[Any]]) -> Any:
+        """Wait for a result; submit its item again where its worker is lost."""
+        killed = 0
+        while True:
+            try:
+                return future.result(timeout=POLL_INTERVAL)
+            except KilledWorker as error:
+                killed += 1
+                if killed > MAX_CASE_SUBMISSIONS:
+                    raise ClusterError(f"{error.task} killed {killed} workers at {self.address}") from None
+                future = submit()
+            except TimeoutError:
+                if not self.is_connected():
+                    raise self.lost_scheduler() from None
+                self.update_workers()
+                self._await_workers()
+            except (OSError, CancelledError) as error:
+                raise self.lost_scheduler(error) from None
 
     # workers
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_length, split_into_blocks
 from railui.identification.estimation.fit import block_duration
@@ -52,9 +53,11 @@ class RunJob:
     Attributes
     ----------
     context
-        Of all runs.
+        Of all runs, or of this one.
+    segment
+        The run.
     index
-        Of the run, which seeds its noise.
+        Its number, which seeds its noise.
     candidates
         Effects that are compared.
     seconds
@@ -62,6 +65,7 @@ class RunJob:
     """
 
     context: Context
+    segment: Segment
     index: int
     candidates: tuple[Candidate, ...]
     seconds: float
@@ -105,7 +109,9 @@ def collect_information(
         for i, target in enumerate(prepared)
     ]
     found = {i: result for i, name in enumerate(names_of_runs) if store and (result := store.read(name)) is not None}
-    open_jobs = [RunJob(context, i, tuple(candidates), seconds) for i in range(len(prepared)) if i not in found]
+    open_jobs = [
+        RunJob(context, segment, i, tuple(candidates), seconds) for i, segment in enumerate(segments) if i not in found
+    ]
     for job, result in zip(open_jobs, _results(open_jobs, len(free.paths), len(keys), cluster), strict=True):
         found[job.index] = result
         if store is not None:
@@ -120,21 +126,27 @@ def _results(jobs: Sequence[RunJob], parameters: int, shapes: int, cluster: Clus
     """Yield the results in the order of the jobs, each as soon as it is there."""
     if cluster is not None and jobs:
         jobs[0].context.progress.message(f"{len(jobs)} runs on the cluster")
-        remote = [replace(job, context=job.context.in_background(1)) for job in jobs]
-        yield from cluster.map(run_information, remote)
+        yield from cluster.map(run_information, [_remote(job) for job in jobs])
         return
     for job in jobs:
-        segment = job.context.dataset.estimation[job.index]
-        text = f"{segment.file}: {parameters} parameters, {shapes} shapes of effects"
+        text = f"{job.segment.file}: {parameters} parameters, {shapes} shapes of effects"
         job.context.progress.message(text)
         yield run_information(job)
+
+
+def _remote(job: RunJob) -> RunJob:
+    """Return a job with what its run needs only, for one thread."""
+    segment, context = replace(job.segment, tables={}), job.context.in_background(1)
+    return replace(
+        job, segment=segment, context=replace(context, dataset=replace(context.dataset, segments=(segment,)))
+    )
 
 
 def run_information(job: RunJob) -> Result:
     """Linearise the nominal model on a run; the result does not depend on the other runs, nor on the process."""
     context = job.context
-    model, segment = context.nominal, context.dataset.estimation[job.index]
-    (target,) = prepare_segments(context, model, [segment])
+    model = context.nominal
+    (target,) = prepare_segments(context, model, [job.segment])
     free = free_parameters(context, model, context.campaign.estimated_parameters)
     solver = GaussNewton(context, model, free, [target], block=job.seconds, stable=False)
     x = np.array([model.value(p) for p in free.paths])

@@ -45,7 +45,7 @@ def test_a_plan_has_its_documented_keys(sensors: str, tmp_path: Path) -> None:
         ((), "give DESIGN, --sensors, --speeds, --track, or --after DIR"),
         ((BOGIE, "--after", "x"), "leave DESIGN out"),
         (("--after", "x", "--budget", "3"), "leave them out"),
-        ((BOGIE, "--measured", "x"), "--measured is for --after DIR"),
+        ((BOGIE, "--measured", "x"), "are for --after DIR"),
         ((BOGIE, "--duration", "5 s"), "give 20 to 3600 s"),
     ],
 )

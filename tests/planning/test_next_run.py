@@ -104,3 +104,58 @@ def test_without_an_effect_the_rivals_are_weak_effects_to_first_order() -> None:
     weak = [r for r in found[1:] if len(r.model.effects) > len(result.nominal.effects)]
     assert weak and all(r.z < 0.0 for r in weak)
     assert undecided(found, result.context.settings.planning) == found
+
+
+def test_a_chance_with_some_sensors_does_not_depend_on_the_sensors_that_might_be_added() -> None:
+    alone = next_runs(context(), rivals(3e4), RUNS, ("ayf",))
+    beside_others = [
+        r for r in next_runs(context(), rivals(3e4), RUNS, ("ayf",), ("rf", "d1")) if r.sensors == ("ayf",)
+    ]
+    chances = {r.run.name: r.probability for r in alone}
+    for run in beside_others:
+        assert run.probability == pytest.approx(chances[run.run.name], rel=1e-6)
+
+
+def spring_and_stop(gap: float) -> list[RivalModel]:
+    """Return a spring, a stop of the same stiffness behind a gap [m], and neither."""
+    model = context().nominal
+    paths, none = ("vehicle.primary.lateral_stiffness",), np.zeros((1, 1))
+    at = ("secondary_lateral", None)
+    spring = PlacedEffect("spring", *at, {"stiffness": 6e5})
+    stop = PlacedEffect("bump_stop", *at, {"stiffness": 6e5, "gap": gap})
+    return [
+        RivalModel(Candidate("spring", *at), model.with_effect(spring), paths, none),
+        RivalModel(Candidate("bump_stop", *at), model.with_effect(stop), paths, none),
+        RivalModel(None, model, paths, none),
+    ]
+
+
+def test_rivals_of_one_motion_count_as_one_and_do_not_lower_the_chance() -> None:
+    found = next_runs(context(), spring_and_stop(1e-6), RUNS, SENSORS)
+    assert [p.is_equivalent for p in found[0].prospects] == [True, False]
+    assert found[0].probability > 0.99
+    two = next_runs(context(), spring_and_stop(1e-6)[:2], RUNS, SENSORS)
+    assert [r.probability for r in two] == [0.0] * len(RUNS)
+
+
+def test_a_stop_with_a_clearance_is_not_the_spring() -> None:
+    found = next_runs(context(), spring_and_stop(2e-3), RUNS, SENSORS)
+    assert not any(p.is_equivalent for p in found[0].prospects)
+    assert found[0].probability > 0.9
+
+
+def test_a_load_state_is_a_run_of_its_own_with_the_values_of_the_state() -> None:
+    rival = rivals(6e5)[1]
+    laden = replace(rival.model.design, load_states={"laden": {"vehicle.frame.mass": 5000.0}})
+    rival = replace(rival, model=replace(rival.model, design=laden))
+    assert rival.in_load_state("laden").model.value("vehicle.frame.mass") == 5000.0
+    assert rival.in_load_state("laden").model.effects == rival.model.effects
+    assert rival.in_load_state(None) is rival
+    with pytest.raises(ValueError, match="no load state 'empty'"):
+        rival.in_load_state("empty")
+    runs = planned_runs([30.0], ["erri_b176_low seed=8"], 25.0, loads=("laden",))
+    assert [r.name for r in runs] == ["30 m/s, laden"]
+    plain = replace(context().nominal.design, load_states=laden.load_states)
+    other = replace(rivals(0.0)[0], model=replace(context().nominal, design=plain))
+    (found,) = next_runs(context(), [other, rival], runs, SENSORS)
+    assert found.probability > 0.9
