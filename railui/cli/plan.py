@@ -162,7 +162,7 @@ def _write_plot(document: Mapping[str, Any], structure: Any, path: str) -> None:
 
 
 def _tables(document: Mapping[str, Any], structure: Any) -> list[Any]:
-    from railui.report.plan.rows import effect_rows, parameter_rows, sentence
+    from railui.report.plan.rows import CONFOUNDED_CAPTION, effect_rows, parameter_rows, sentence
 
     runs = [run["name"] for run in document["runs"]]
     steps = [(s["added"], f"{s['cost']:g}", f"{100 * s['attained_share']:.0f} %") for s in document["steps"]]
@@ -176,7 +176,10 @@ def _tables(document: Mapping[str, Any], structure: Any) -> list[Any]:
     return [
         make_table(("added", "cost", "precision"), steps, title="selection of sensors and runs", caption=notes),
         make_table(
-            ("effect", "parameter", "", *columns), effects, title="minimum detectable effects (nominal power 90 %)"
+            ("effect", "parameter", "", *columns),
+            effects,
+            title="minimum detectable effects (nominal power 90 %)",
+            caption=CONFOUNDED_CAPTION,
         ),
         make_table(
             ("parameter", "prior", *columns), parameters, title="standard deviations, relative to the nominal value"

@@ -17,8 +17,8 @@ from railui.campaign.segment import Segment
 from railui.identification.component_force import elements_at_port, restoring_force
 from railui.identification.context import Context
 from railui.identification.prediction import Predictor
-from railui.planning.decision import Decision, vuong_decisions
-from railui.planning.rival_runs import DIFFERENCE, DRAWS, Prediction, RivalRun, block_errors, block_samples
+from railui.planning.decision import Decision, compare_misfits
+from railui.planning.rival_runs import DIFFERENCE, DRAWS, Misfit, Prediction, RivalRun, block_samples
 from railui.planning.rivals import RivalModel
 from railui.vehicle.model import Model
 
@@ -162,15 +162,14 @@ def decide_bench(
     segments
         With the columns `z` and `F`, in SI.
     """
-    blocks: list[list[FloatArray]] = [[] for _ in rivals]
+    misfits: list[list[Misfit]] = [[] for _ in rivals]
     for segment in segments:
         force = segment.columns[FORCE]
         sd = FORCE_NOISE * float(np.std(force))
         if not sd > 0.0:
             raise ValueError("the measured force does not change: no model can be compared with it")
         measured = (force - force.mean())[None, None] / sd
-        for rival, found in zip(rivals, blocks, strict=True):
+        for rival, found in zip(rivals, misfits, strict=True):
             prediction = predict_force(context, rival, bench, segment.columns["z"], segment.dt, sd)
-            residual = prediction.residuals(measured, [0])[0]
-            found.append(block_errors(residual, block_samples(context, segment)).sum(axis=0))
-    return vuong_decisions([np.concatenate(found) for found in blocks], context.settings.planning)
+            found += prediction.misfits(measured, [0], block_samples(context, segment))
+    return compare_misfits(misfits, context.settings.planning)

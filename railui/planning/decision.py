@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from railui.arrays import FloatArray
 from railui.campaign.comparison import compared_channels, comparison_filter
 from railui.campaign.segment import Segment
 from railui.campaign.settings.planning import PlanningSettings
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.estimation.noise_floor import noise_weights
-from railui.planning.rival_runs import block_errors, block_samples, predict
+from railui.planning.rival_runs import Misfit, block_samples, predict
 from railui.planning.rivals import RivalModel
-from railui.planning.vuong import vuong_statistic
 
 
 @dataclass(frozen=True)
@@ -41,21 +39,22 @@ class Decision:
 def decide(context: Context, rivals: Sequence[RivalModel], segments: Sequence[Segment]) -> list[Decision]:
     """Compare the final model with each other rival on measured segments, by Vuong's test."""
     quiet = context.in_background(1)
-    blocks: list[list[FloatArray]] = [[] for _ in rivals]
+    misfits: list[list[Misfit]] = [[] for _ in rivals]
     for segment in segments:
         weights = noise_weights(quiet, rivals[0].model, segment)
         rows = [segment.channels.index(c) for c in compared_channels(segment) if c in context.noise]
         measured = comparison_filter(context.campaign, segment, segment.measured(segment.channels)) * weights[:, None]
         length = block_samples(context, segment)
-        for rival, found in zip(rivals, blocks, strict=True):
+        for rival, found in zip(rivals, misfits, strict=True):
             model = estimate_phases(quiet, rival.model, segment)
             start = estimate_initial_state(quiet, model, segment)
             prediction = predict(quiet, replace(rival, model=model), segment, weights, start)
-            found.append(block_errors(prediction.residuals(measured[None], rows)[0], length).sum(axis=0))
-    return vuong_decisions([np.concatenate(found) for found in blocks], context.settings.planning)
+            found += prediction.misfits(measured[None], rows, length)
+    return compare_misfits(misfits, context.settings.planning)
 
 
-def vuong_decisions(errors: Sequence[FloatArray], settings: PlanningSettings) -> list[Decision]:
-    """Compare the squared errors [block] of the final model with those of each other rival."""
-    statistics = [vuong_statistic(errors[0], other) for other in errors[1:]]
+def compare_misfits(misfits: Sequence[Sequence[Misfit]], settings: PlanningSettings) -> list[Decision]:
+    """Compare the misfits of the final model on some segments with those of each other rival."""
+    joined = [Misfit(np.concatenate([m.errors for m in x]), sum(m.distance for m in x)) for x in misfits]
+    statistics = [joined[0].statistic(other) for other in joined[1:]]
     return [Decision(j, z, abs(z) > settings.critical_z) for j, z in enumerate(statistics, 1)]

@@ -197,6 +197,7 @@ def _detectable(plan: Plan, chosen: Expectation, alone: Sequence[Expectation]) -
     rows = {_key(row): row for row in chosen.detectable()}
     every = {_key(row): row for row in plan.everything.detectable()}
     by_run = [{_key(row): row["value"] for row in e.detectable()} for e in alone]
+    entangled = [{(c.kind, c.at, c.wheelset) for c in e.rivals()} for e in (chosen, plan.everything, *alone)]
     by_step = [{_key(row): row["value"] for row in plan.of_step(s).detectable()} for s in plan.steps]
     return [
         {
@@ -204,6 +205,9 @@ def _detectable(plan: Plan, chosen: Expectation, alone: Sequence[Expectation]) -
             "with_everything": row["value"],
             "per_run": [values.get(key) for values in by_run],
             "per_step": [values.get(key) for values in by_step],
+            "confounded": key in entangled[0],
+            "confounded_with_everything": key in entangled[1],
+            "confounded_per_run": [key in found for found in entangled[2:]],
         }
         for key, row in every.items()
     ]

@@ -2,7 +2,9 @@
 
 Each rival predicts the run with the parameters that it has from the data before, which the run may correct by a linear
 step within their covariance: with r the residual, S the sensitivities and C = L L' the covariance, the prediction
-moves by S' L (L' S S' L + I)^-1 L' S r.
+moves by S' L d, d = (L' S S' L + I)^-1 L' S r. The squared errors of the corrected prediction and d'd, the distance to
+the estimates, add up to r' (I + S' C S)^-1 r, the misfit of the predictive distribution: a rival that must leave its
+estimates did not predict the run.
 """
 
 from __future__ import annotations
@@ -33,6 +35,18 @@ MIN_SD = 0.5  # of the statistic over realisations, against a chance agreement o
 
 
 @dataclass(frozen=True, eq=False)
+class Misfit:
+    """Squared errors [block] of a corrected prediction, per independent sample, and its distance to the estimates."""
+
+    errors: FloatArray
+    distance: float
+
+    def statistic(self, other: Misfit) -> float:
+        """Return Vuong's statistic against another rival, positive where this one is better."""
+        return vuong_statistic(self.errors, other.errors, (self.distance, other.distance))
+
+
+@dataclass(frozen=True, eq=False)
 class Prediction:
     """Prediction of a run by a rival: weighted channels [channel, n], and how its uncertain parameters move them.
 
@@ -44,14 +58,30 @@ class Prediction:
     directions: FloatArray
     share: float
 
-    def residuals(self, measured: FloatArray, rows: Sequence[int]) -> FloatArray:
-        """Residuals [draw, channel, n] of the channels `rows` after one linear step within the covariance."""
+    def correct(self, measured: FloatArray, rows: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """Take one linear step within the covariance.
+
+        Returns
+        -------
+        residuals : array [draw, channel, n]
+            Of the channels `rows`.
+        distance : array [draw]
+            Squared distance to the estimates, in standard deviations.
+        """
         residual = (measured - self.series)[:, rows]
         axes = self.directions[:, rows].reshape(len(self.directions), -1)
         flat = residual.reshape(len(residual), -1)
         normal = self.share * axes @ axes.T + np.eye(len(axes))
         step = np.linalg.solve(normal, self.share * axes @ flat.T)
-        return np.asarray((flat - step.T @ axes).reshape(residual.shape))
+        left = (flat - step.T @ axes).reshape(residual.shape)
+        return np.asarray(left), np.asarray(np.sum(step**2, axis=0))
+
+    def misfits(self, measured: FloatArray, rows: Sequence[int], block: int) -> list[Misfit]:
+        """Misfit of the channels `rows` in each draw, in blocks of samples."""
+        residuals, distances = self.correct(measured, rows)
+        starts = np.arange(0, residuals.shape[-1], block)
+        blocks = self.share * np.add.reduceat(residuals**2, starts, axis=-1).sum(axis=1)
+        return [Misfit(b, float(d)) for b, d in zip(blocks, distances, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,17 +122,15 @@ class RivalRun:
         rows = [self.channels.index(c) for c in sensors]
 
         @cache
-        def errors(truth: int, rival: int) -> FloatArray:
-            """Squared errors [draw, block] of the prediction of a rival."""
-            residuals = self.predictions[rival].residuals(self.measured[truth], rows)
-            return np.asarray(block_errors(residuals, self.block).sum(axis=1))
+        def misfits(truth: int, rival: int) -> list[Misfit]:
+            return self.predictions[rival].misfits(self.measured[truth], rows, self.block)
 
         n = len(self.predictions)
         chance, mean = np.full((n, n), np.nan), np.full((n, n), np.nan)
         for i in range(n):
             for j in range(n):
                 if i != j:
-                    chance[i, j], mean[i, j] = _chance(errors(i, i), errors(i, j), critical)
+                    chance[i, j], mean[i, j] = _chance(misfits(i, i), misfits(i, j), critical)
         return chance, mean
 
     def differences(self) -> FloatArray:
@@ -114,7 +142,7 @@ class RivalRun:
         rows = range(len(self.channels))
 
         def square(truth: FloatArray, prediction: Prediction) -> float:
-            return float(np.sum(prediction.residuals(truth[None], rows) ** 2))
+            return float(np.sum(prediction.correct(truth[None], rows)[0] ** 2))
 
         changes = [
             square(p.series, Prediction(bare, p.directions, p.share))
@@ -130,9 +158,10 @@ class RivalRun:
         return found
 
 
-def _chance(true: FloatArray, other: FloatArray, critical: float) -> tuple[float, float]:
+def _chance(true: Sequence[Misfit], other: Sequence[Misfit], critical: float) -> tuple[float, float]:
     """Probability that the test is clear for the true model, and its expected statistic; NaN where all diverge."""
-    z = np.array([vuong_statistic(a, b) for a, b in zip(true, other, strict=True) if np.all(np.isfinite([a, b]))])
+    found = np.array([a.statistic(b) for a, b in zip(true, other, strict=True)])
+    z = found[np.isfinite(found)]
     if not z.size:
         return np.nan, np.nan
     sd = max(float(np.std(z)), MIN_SD)
@@ -215,9 +244,3 @@ def _noise(context: Context, rival: RivalModel, segment: Segment, weights: Float
 def block_samples(context: Context, segment: Segment) -> int:
     """Samples of a block of squared errors."""
     return max(round(context.settings.validation.error_block_duration / segment.dt), 1)
-
-
-def block_errors(residual: FloatArray, length: int) -> FloatArray:
-    """Squared residuals [..., channel, block] summed over blocks of samples."""
-    starts = np.arange(0, residual.shape[-1], length)
-    return np.asarray(np.add.reduceat(residual**2, starts, axis=-1))

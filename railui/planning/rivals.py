@@ -83,13 +83,8 @@ class RivalModel:
 
     def without_effect(self) -> Model:
         """Return the vehicle as estimated, without the effect in which the rival differs."""
-        design = self.model.design
-        effects = tuple(e for e in design.effects if not self._is_own(e))
-        sensors = tuple(e for e in self.model.sensors if not self._is_own(e))
-        return replace(self.model, design=replace(design, effects=effects), sensors=sensors)
-
-    def _is_own(self, effect: PlacedEffect) -> bool:
-        return (effect.kind, effect.at, effect.wheelset) == tuple(self.key.values())
+        own = [i for i, e in enumerate(self.model.effects) if (e.kind, e.at, e.wheelset) == tuple(self.key.values())]
+        return self.model.without_effect(own[-1]) if own else self.model
 
 
 def rival_models(result: LoopResult) -> list[RivalModel]:

@@ -7,7 +7,7 @@ import numpy as np
 from railui.arrays import FloatArray
 
 
-def vuong_statistic(first: FloatArray, second: FloatArray) -> float:
+def vuong_statistic(first: FloatArray, second: FloatArray, distances: tuple[float, float] = (0.0, 0.0)) -> float:
     """Return Vuong's statistic of two models from their squared errors per block of time.
 
     Standard normal where both predict equally well; above 1.64 the first is better at the one-sided 5 % level, below
@@ -17,6 +17,9 @@ def vuong_statistic(first: FloatArray, second: FloatArray) -> float:
     ----------
     first, second : array [block]
         Squared errors over the variance of the noise.
+    distances
+        Squared distances D of both to their estimates before, in standard deviations; they add to the errors. A
+        distance has the variance 4 D of the square of a normal variable with this mean and unit variance.
 
     Examples
     --------
@@ -25,5 +28,7 @@ def vuong_statistic(first: FloatArray, second: FloatArray) -> float:
     23.0
     """
     more = np.asarray(second) - np.asarray(first)
-    sd = float(np.std(more, ddof=1)) if len(more) > 1 else 0.0
-    return float(np.sqrt(len(more)) * np.mean(more) / sd) if sd > 0 else 0.0
+    variance = len(more) * float(np.var(more, ddof=1)) if len(more) > 1 else 0.0
+    total = float(np.sum(more)) + distances[1] - distances[0]
+    sd = float(np.sqrt(variance + 4.0 * sum(distances)))
+    return total / sd if sd > 0.0 else 0.0

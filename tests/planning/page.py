@@ -18,17 +18,18 @@ INTRODUCTION = """\
 Plans of five sets of sensors and speeds (`python -m tests.planning.trial`), 60 s a run. The campaigns are **simulated**
 by the independent generator: vehicles that differ from the nominal one by up to 25 % in a parameter, on other tracks
 of the same spectrum, some with an effect of the promised minimum size, some without one. Campaigns whose vehicle
-leaves the track are left out. The planted sizes were three quarters of the limits that the criteria of the loop give,
-before that share became part of the plan.
+leaves the track are left out. The first 50 sizes were three quarters of the limits that the criteria of the loop give,
+before that share became part of the plan; the others were those that the plan promised.
 """
 NEXT = """\
 
 ## Does the proposed run decide?
 
 Short campaigns with few sensors, 25 and 20 s, in which the planted effect was among rivals that the data did not
-separate (`python -m tests.planning.confounded`). The proposed next run and one by chance, from 40 s at 20 to 40 m/s
-with the same sensors or one more, were simulated with the true vehicle. Some rivals predict the same motion at any
-speed, such as a stop without clearance and a spring: no run decides between them, and the promised chance says so.
+separate (`python -m tests.planning.confounded`). The proposed run and one by chance among those that may be made (30 s
+at 20 to 40 m/s on a smooth, a usual and a rough section, with the same sensors or one more) were simulated with the
+true vehicle. Campaigns whose rivals all predict one motion in every such run, such as a stop without clearance and a
+spring, were drawn again, and such rivals of the others left out: they are one law in other words.
 """
 
 

@@ -159,3 +159,11 @@ def test_a_load_state_is_a_run_of_its_own_with_the_values_of_the_state() -> None
     other = replace(rivals(0.0)[0], model=replace(context().nominal, design=plain))
     (found,) = next_runs(context(), [other, rival], runs, SENSORS)
     assert found.probability > 0.9
+
+
+def test_no_effect_is_decided_for_though_the_effect_could_shrink_to_nothing() -> None:
+    plain, spring = rivals(6e5)
+    path = "effects.0.stiffness"
+    free = replace(spring, paths=(*spring.paths, path), covariance=np.diag([0.0, 1e5**2]))
+    (found,) = next_runs(context(), [plain, free], RUNS[1:], SENSORS)
+    assert found.probability > 0.9

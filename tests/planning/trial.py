@@ -18,6 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
@@ -184,13 +186,20 @@ def totals(rows: Sequence[Row]) -> list[str]:
         rms, median = np.sqrt(np.mean(every**2)), np.median(np.abs(every)) / NORMAL_MEDIAN
         counted = f"Errors of {len(z)} parameters over their promised standard deviation, {len(clean)} campaigns"
         lines += ["", f"{counted}: rms {rms:.2f}, median of abs {median:.2f} (1 where the promise holds)."]
-        lines += ["", "| parameter | rms |", "| --- | ---: |"]
-        lines += [f"| {path} | {np.sqrt(np.mean(np.square(x))):.2f} |" for path, x in z.items()]
+        lines += ["", "| parameter | rms | 95 % limits |", "| --- | ---: | ---: |"]
+        lines += [_rms_line(path, np.array(x)) for path, x in z.items()]
     ratio = np.array([r.floor / r.promised_floor for r in rows if np.isfinite(r.floor)])
     if ratio.size:
         lines += ["", f"Noise floor found over the promised one: {ratio.min():.2f} to {ratio.max():.2f}, "
                       f"median {np.median(ratio):.2f}."]  # fmt: skip
     return lines
+
+
+def _rms_line(path: str, z: NDArray[np.float64]) -> str:
+    """Format the rms of scores with its limits by the chi-squared distribution."""
+    rms = np.sqrt(np.mean(z**2))
+    low, high = np.sqrt(len(z) / stats.chi2.ppf([0.975, 0.025], len(z)))
+    return f"| {path} | {rms:.2f} | {low * rms:.2f} to {high * rms:.2f} |"
 
 
 def run_trial(jobs: Sequence[Job], processes: int) -> Iterator[list[Row]]:

@@ -12,6 +12,8 @@ from railui.vehicle.multibody import Structure
 Document = Mapping[str, Any]
 Row = dict[str, Any]
 
+CONFOUNDED: Final = "*"
+CONFOUNDED_CAPTION: Final = f"{CONFOUNDED} detected there before it can be separated from another effect"
 SMALLER_IS_STRONGER: Final = ("creep_saturation", "rail_flexibility")  # found up to a value, others from it
 
 
@@ -43,7 +45,9 @@ def _effect_row(row: Document, structure: Structure | None) -> Row:
     shown = 2 + len(row["per_run"])
     factor, unit = readable_scale(values, row["unit"])
     suffix = "" if unit in ("", "1") else f" [{unit}]"
-    cells = [DASH if x is None else format_number(factor * x) for x in values]
+    confounded = [row["confounded"], row["confounded_with_everything"], *row["confounded_per_run"]]
+    marks = [CONFOUNDED * x for x in confounded] + [""] * len(row["per_step"])
+    cells = [DASH if x is None else format_number(factor * x) + m for x, m in zip(values, marks, strict=True)]
     return {
         "name": effect_name(row, structure),
         "single": row["wheelset"] is not None,
