@@ -171,5 +171,5 @@ def decide_bench(
         measured = (force - force.mean())[None, None] / sd
         for rival, found in zip(rivals, misfits, strict=True):
             prediction = predict_force(context, rival, bench, segment.columns["z"], segment.dt, sd)
-            found += prediction.misfits(measured, [0], block_samples(context, segment))
+            found += prediction.products(measured, block_samples(context, segment)).misfits([0])
     return compare_misfits(misfits, context.settings.planning)

@@ -49,7 +49,7 @@ def decide(context: Context, rivals: Sequence[RivalModel], segments: Sequence[Se
             model = estimate_phases(quiet, rival.model, segment)
             start = estimate_initial_state(quiet, model, segment)
             prediction = predict(quiet, replace(rival, model=model), segment, weights, start)
-            found += prediction.misfits(measured[None], rows, length)
+            found += prediction.products(measured[None], length).misfits(rows)
     return compare_misfits(misfits, context.settings.planning)
 
 

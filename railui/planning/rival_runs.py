@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 
 import numpy as np
 from scipy import special
@@ -58,30 +58,45 @@ class Prediction:
     directions: FloatArray
     share: float
 
-    def correct(self, measured: FloatArray, rows: Sequence[int]) -> tuple[FloatArray, FloatArray]:
-        """Take one linear step within the covariance.
+    def products(self, measured: FloatArray, block: int) -> Products:
+        """Return the inner products with measured channels [draw, channel, n], in blocks of samples."""
+        axes = _split(self.directions.transpose(1, 0, 2), block)
+        residuals = _split((measured - self.series).transpose(1, 0, 2), block)
+        samples_first = residuals.transpose(0, 1, 3, 2)
+        squares = np.einsum("cbdn,cbdn->cbd", residuals, residuals)
+        return Products(axes @ axes.transpose(0, 1, 3, 2), axes @ samples_first, squares, self.share)
 
-        Returns
-        -------
-        residuals : array [draw, channel, n]
-            Of the channels `rows`.
-        distance : array [draw]
-            Squared distance to the estimates, in standard deviations.
-        """
-        residual = (measured - self.series)[:, rows]
-        axes = self.directions[:, rows].reshape(len(self.directions), -1)
-        flat = residual.reshape(len(residual), -1)
-        normal = self.share * axes @ axes.T + np.eye(len(axes))
-        step = np.linalg.solve(normal, self.share * axes @ flat.T)
-        left = (flat - step.T @ axes).reshape(residual.shape)
-        return np.asarray(left), np.asarray(np.sum(step**2, axis=0))
 
-    def misfits(self, measured: FloatArray, rows: Sequence[int], block: int) -> list[Misfit]:
-        """Misfit of the channels `rows` in each draw, in blocks of samples."""
-        residuals, distances = self.correct(measured, rows)
-        starts = np.arange(0, residuals.shape[-1], block)
-        blocks = self.share * np.add.reduceat(residuals**2, starts, axis=-1).sum(axis=1)
-        return [Misfit(b, float(d)) for b, d in zip(blocks, distances, strict=True)]
+def _split(rows: FloatArray, block: int) -> FloatArray:
+    """Split [channel, row, n] into blocks [channel, block, row, sample], the last one filled up with zeros."""
+    channels, count, n = rows.shape
+    blocks = -(-n // block)
+    padded = np.zeros((channels, count, blocks * block))
+    padded[..., :n] = rows
+    return padded.reshape(channels, count, blocks, block).transpose(0, 2, 1, 3)
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Inner products of k directions and the residuals of a prediction, per channel and block.
+
+    gram [channel, block, k, k], projections [channel, block, k, draw], squares [channel, block, draw].
+    """
+
+    gram: FloatArray
+    projections: FloatArray
+    squares: FloatArray
+    share: float
+
+    def misfits(self, rows: Sequence[int]) -> list[Misfit]:
+        """Misfit of the channels `rows` in each draw, after one linear step within the covariance."""
+        gram, projections = self.gram[rows].sum(axis=0), self.projections[rows].sum(axis=0)
+        normal = self.share * gram.sum(axis=0) + np.eye(gram.shape[-1])
+        step = np.linalg.solve(normal, self.share * projections.sum(axis=0))
+        corrected = np.einsum("kd,bkd->bd", step, gram @ step - 2.0 * projections)
+        errors = self.share * (self.squares[rows].sum(axis=0) + corrected)
+        distances = np.sum(step**2, axis=0)
+        return [Misfit(e, float(d)) for e, d in zip(errors.T, distances, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +124,11 @@ class RivalRun:
     without_effect: Sequence[FloatArray]
     block: int
 
+    @cached_property
+    def _products(self) -> list[list[Products]]:
+        """Of every truth with every prediction."""
+        return [[p.products(measured, self.block) for p in self.predictions] for measured in self.measured]
+
     def statistics(self, sensors: Sequence[str], critical: float) -> tuple[FloatArray, FloatArray]:
         """Return the chance that each true rival [i, j] is clear of each other, and the expected statistic [i, j].
 
@@ -120,17 +140,13 @@ class RivalRun:
             Value of Vuong's statistic above which the test is clear.
         """
         rows = [self.channels.index(c) for c in sensors]
-
-        @cache
-        def misfits(truth: int, rival: int) -> list[Misfit]:
-            return self.predictions[rival].misfits(self.measured[truth], rows, self.block)
-
+        misfits = [[products.misfits(rows) for products in of_truth] for of_truth in self._products]
         n = len(self.predictions)
         chance, mean = np.full((n, n), np.nan), np.full((n, n), np.nan)
         for i in range(n):
             for j in range(n):
                 if i != j:
-                    chance[i, j], mean[i, j] = _chance(misfits(i, i), misfits(i, j), critical)
+                    chance[i, j], mean[i, j] = _chance(misfits[i][i], misfits[i][j], critical)
         return chance, mean
 
     def differences(self) -> FloatArray:
@@ -142,7 +158,8 @@ class RivalRun:
         rows = range(len(self.channels))
 
         def square(truth: FloatArray, prediction: Prediction) -> float:
-            return float(np.sum(prediction.correct(truth[None], rows)[0] ** 2))
+            (misfit,) = prediction.products(truth[None], self.block).misfits(rows)
+            return float(np.sum(misfit.errors))
 
         changes = [
             square(p.series, Prediction(bare, p.directions, p.share))
