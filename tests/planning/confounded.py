@@ -44,19 +44,20 @@ SECONDS = (25.0, 20.0)
 SPEEDS = (20.0, 25.0, 30.0, 35.0, 40.0)
 TRACK = "erri_b176_low"
 SECTIONS = (0.5, 1.0, 1.6)  # amplitudes of the track over those of the campaign; 1.6: erri_b176_high
-DURATION = 30.0
+DURATIONS = (5.0, 10.0, 30.0)  # s of the next run
 MAX_TRIES = 12  # campaigns per case
 LIKELY = 0.7  # promised chance
 
 
 @dataclass(frozen=True)
 class Row:
-    """One confounded case: rivals, the proposed run and one by chance, and what each decides.
+    """One confounded case with runs of one duration [s]: rivals, the proposed run and one by chance, what they decide.
 
     `equivalent`: campaigns drawn before whose undecided rivals all predicted the same motion.
     """
 
     seed: int
+    duration: float
     planted: str
     sensors: str
     rivals: str
@@ -73,8 +74,8 @@ class Row:
     seconds: float
 
 
-def run_case(seed: int) -> Row | None:
-    """Draw campaigns until one is confounded, and try the proposed run and one by chance; None where none is."""
+def run_case(seed: int) -> list[Row]:
+    """Draw campaigns until one is confounded, and try the proposed run and one by chance; nothing where none is."""
     rng = np.random.default_rng([seed, 61])
     started = time.perf_counter()
     equivalent = 0
@@ -83,12 +84,12 @@ def run_case(seed: int) -> Row | None:
             found = _confounded(seed * 100 + k, rng, Path(scratch))
             if found is not None:
                 context, truth, rivals = found
-                row = _try_runs(context, truth, rivals, rng, Path(scratch))
-                if row is not None:
-                    seconds = time.perf_counter() - started
-                    return replace(row, seed=seed, campaigns=k + 1, equivalent=equivalent, seconds=seconds)
+                rows = _try_runs(context, truth, rivals, rng, Path(scratch))
+                if rows:
+                    counts = {"campaigns": k + 1, "equivalent": equivalent}
+                    return [replace(row, seed=seed, **counts, seconds=time.perf_counter() - started) for row in rows]
                 equivalent += 1
-    return None
+    return []
 
 
 def _confounded(seed: int, rng: np.random.Generator, folder: Path) -> tuple[Context, Campaign, list[RivalModel]] | None:
@@ -113,8 +114,8 @@ def _confounded(seed: int, rng: np.random.Generator, folder: Path) -> tuple[Cont
 
 def _try_runs(
     context: Context, truth: Campaign, rivals: list[RivalModel], rng: np.random.Generator, folder: Path
-) -> Row | None:
-    """Assess the runs and make two of them; None where all rivals are equivalent to the planted effect."""
+) -> list[Row]:
+    """Assess the runs of every duration and make two of them; nothing where all rivals are equivalent to the true."""
     sensors = context.dataset.segments[0].channels
     more = [c for c in RESPONSES if c not in sensors]
     levels = white_noise({c: NOISE[c][0] for c in more})
@@ -122,29 +123,41 @@ def _try_runs(
     context = replace(context, dataset=replace(context.dataset, noise=noise))
     line = [f"{TRACK} scale={scale:g} seed={int(rng.integers(10**6))}" for scale in SECTIONS]
     # the ranking takes every rival as true in turn: that the planted one leads tells it nothing
-    assessed = next_runs(context, rivals, planned_runs(SPEEDS, line, DURATION), sensors, more)
-    equivalent = {p.rival for p in assessed[0].prospects if p.is_equivalent} if assessed else set()
-    if not assessed or len(equivalent) == len(rivals) - 1:
-        return None
+    assessed = {s: next_runs(context, rivals, planned_runs(SPEEDS, line, s), sensors, more) for s in DURATIONS}
+    longest = assessed[max(DURATIONS)]
+    equivalent = {p.rival for p in longest[0].prospects if p.is_equivalent} if longest else set()
+    if not all(assessed.values()) or len(equivalent) == len(rivals) - 1:
+        return []
     open_ones = [r for i, r in enumerate(rivals) if i not in equivalent]
-    proposed, other = assessed[0], assessed[int(rng.integers(len(assessed)))]
-    made = (("a", proposed), ("b", other))
-    outcomes = [_measure(context, truth, open_ones, run, folder / name) for name, run in made]
-    return Row(
-        0,
-        _name(rivals[0]),
-        " ".join(sensors),
-        "; ".join(_name(r) + " (equivalent)" * (i in equivalent) for i, r in enumerate(rivals) if i > 0),
-        _text(proposed),
-        proposed.probability,
-        *outcomes[0],
-        _text(other),
-        other.probability,
-        *outcomes[1],
-        0,
-        0,
-        0.0,
-    )
+    others = "; ".join(_name(r) + " (equivalent)" * (i in equivalent) for i, r in enumerate(rivals) if i > 0)
+    rows = []
+    for duration, found in assessed.items():
+        proposed, other = found[0], found[int(rng.integers(len(found)))]
+        made = (("a", proposed), ("b", other))
+        (decides, misleads), (chance_decides, chance_misleads) = (
+            _measure(context, truth, open_ones, run, folder / f"{name}{duration:g}") for name, run in made
+        )
+        rows.append(
+            Row(
+                seed=0,
+                duration=duration,
+                planted=_name(rivals[0]),
+                sensors=" ".join(sensors),
+                rivals=others,
+                proposed=_text(proposed),
+                promised=proposed.probability,
+                decides=decides,
+                misleads=misleads,
+                by_chance=_text(other),
+                chance_promised=other.probability,
+                chance_decides=chance_decides,
+                chance_misleads=chance_misleads,
+                campaigns=0,
+                equivalent=0,
+                seconds=0.0,
+            )
+        )
+    return rows
 
 
 def _name(rival: RivalModel) -> str:
@@ -167,7 +180,7 @@ def _measure(
         seed=truth.order.seed + 7,
         scale=parse_spec(run.run.source.name).scale,
         speeds=(run.run.speed, run.run.speed),
-        seconds=(DURATION, 10.0),
+        seconds=(run.run.duration, 10.0),
         without=[c for c in RESPONSES if c not in run.sensors],
         vehicle=truth.vehicle,
     )
@@ -182,22 +195,29 @@ def _measure(
 
 def totals(rows: Sequence[Row]) -> list[str]:
     """Format how often each run decides."""
-    promised = np.mean([r.promised for r in rows]) if rows else float("nan")
-    drawn, equivalent = sum(r.campaigns for r in rows), sum(r.equivalent for r in rows)
-    lines = [
-        "| outcome | count | % | 95 % limits |",
-        "| --- | ---: | ---: | ---: |",
-        format_total("proposed run decides for the planted effect", [r.decides for r in rows]),
-        format_total("of those promised at 70 % or more", [r.decides for r in rows if r.promised >= LIKELY]),
-        format_total("proposed run decides for another", [r.misleads for r in rows]),
-        format_total("run by chance decides for the planted effect", [r.chance_decides for r in rows]),
-        format_total("run by chance decides for another", [r.chance_misleads for r in rows]),
+    cases = [r for r in rows if r.duration == max(DURATIONS)]
+    drawn, equivalent = sum(r.campaigns for r in cases), sum(r.equivalent for r in cases)
+    lines = ["| outcome | count | % | 95 % limits |", "| --- | ---: | ---: | ---: |"]
+    for duration in DURATIONS:
+        lines += _totals_of(f"{duration:g} s", [r for r in rows if r.duration == duration])
+    likely = [r for r in rows if r.promised >= LIKELY]
+    lines += [
+        format_total(f"proposed runs promised at {100 * LIKELY:.0f} % or more: decide", [r.decides for r in likely]),
         "",
-        f"Promised on average {100 * promised:.0f} % for the proposed runs, "
-        f"{100 * np.mean([r.chance_promised for r in rows]):.0f} % for those by chance. {drawn} campaigns were drawn "
-        f"for the {len(rows)} cases; in {equivalent} of them all rivals were equivalent to the planted effect.",
+        f"{drawn} campaigns were drawn for the {len(cases)} cases; in {equivalent} of them all rivals were equivalent "
+        "to the planted effect.",
     ]
     return lines
+
+
+def _totals_of(name: str, rows: Sequence[Row]) -> list[str]:
+    promised = [100 * np.mean([getattr(r, key) for r in rows]) for key in ("promised", "chance_promised")]
+    return [
+        format_total(f"{name}: proposed run decides (promised {promised[0]:.0f} %)", [r.decides for r in rows]),
+        format_total(f"{name}: one by chance decides (promised {promised[1]:.0f} %)", [r.chance_decides for r in rows]),
+        format_total(f"{name}: proposed run decides for another", [r.misleads for r in rows]),
+        format_total(f"{name}: one by chance decides for another", [r.chance_misleads for r in rows]),
+    ]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -214,13 +234,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the processes inherit it
     with multiprocessing.get_context("spawn").Pool(options.processes) as pool:
-        for row in pool.imap_unordered(run_case, seeds):
-            if row is None:
-                continue
-            print(row, flush=True)
-            rows.append(row)
-            if options.output:
-                append_rows(options.output, [row])
+        for found in pool.imap_unordered(run_case, seeds):
+            print(*found, sep="\n", flush=True)
+            rows += found
+            if options.output and found:
+                append_rows(options.output, found)
     print("\n".join(totals(rows)))
 
 
