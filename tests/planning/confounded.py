@@ -44,7 +44,7 @@ SECONDS = (25.0, 20.0)
 SPEEDS = (20.0, 25.0, 30.0, 35.0, 40.0)
 TRACK = "erri_b176_low"
 SECTIONS = (0.5, 1.0, 1.6)  # amplitudes of the track over those of the campaign; 1.6: erri_b176_high
-DURATIONS = (5.0, 10.0, 30.0)  # s of the next run
+DURATIONS = (12.0, 30.0)  # s of the next run
 MAX_TRIES = 12  # campaigns per case
 LIKELY = 0.7  # promised chance
 

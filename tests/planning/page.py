@@ -26,7 +26,7 @@ NEXT = """\
 ## Does the proposed run decide?
 
 Short campaigns with few sensors, 25 and 20 s, in which the planted effect was among rivals that the data did not
-separate (`python -m tests.planning.confounded`). The proposed run and one by chance among those that may be made (5, 10
+separate (`python -m tests.planning.confounded`). The proposed run and one by chance among those that may be made (12
 or 30 s at 20 to 40 m/s on a smooth, a usual and a rough section, with the same sensors or one more) were simulated with
 the true vehicle. Campaigns whose rivals all predict one motion in every such run, such as a stop without clearance and
 a spring, were drawn again, and such rivals of the others left out: they are one law in other words.
