@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from railui._version import __version__
+    from railui.api.assessed_track import Assessment
     from railui.api.assessment import assess_en14363
     from railui.api.campaign import Campaign
     from railui.api.contact import analyse_contact, analyse_radius_table, linearise_profiles
+    from railui.api.curving import Curve
     from railui.api.design import Design
     from railui.api.files import check, diff, schema
     from railui.api.fit import Fit, adjust
@@ -17,14 +19,15 @@ if TYPE_CHECKING:
     from railui.api.loop import Loop
     from railui.api.machine import benchmark, self_test
     from railui.api.optimisation import Optimisation
-    from railui.api.parameter_studies import response_map, sensitivity
     from railui.api.planning import next_runs, plan
     from railui.api.recordings import decode_recording, import_recording, record
     from railui.api.residual import Residual
     from railui.api.response import Response, export_state_space
+    from railui.api.response_map import ResponseMap, response_map
     from railui.api.ride import Ride
     from railui.api.ride_cases import ride_cases
     from railui.api.run import Run
+    from railui.api.sensitivity import Sensitivity, sensitivity
     from railui.api.series import Series
     from railui.api.stability import Stability
     from railui.api.study import Study
@@ -42,7 +45,9 @@ if TYPE_CHECKING:
     from railui.track import synthetic_track
 
 __all__ = [
+    "Assessment",
     "Campaign",
+    "Curve",
     "Design",
     "FileProblems",
     "Fit",
@@ -51,8 +56,10 @@ __all__ = [
     "Problem",
     "Residual",
     "Response",
+    "ResponseMap",
     "Ride",
     "Run",
+    "Sensitivity",
     "Series",
     "Stability",
     "Study",
@@ -98,7 +105,9 @@ __all__ = [
 # module of each public name, imported on first access so that `import railui` is quick
 _MODULES = {
     "__version__": "railui._version",
+    "Assessment": "railui.api.assessed_track",
     "Campaign": "railui.api.campaign",
+    "Curve": "railui.api.curving",
     "Design": "railui.api.design",
     "FileProblems": "railui.io.problems",
     "Fit": "railui.api.fit",
@@ -107,8 +116,10 @@ _MODULES = {
     "Problem": "railui.io.problems",
     "Residual": "railui.api.residual",
     "Response": "railui.api.response",
+    "ResponseMap": "railui.api.response_map",
     "Ride": "railui.api.ride",
     "Run": "railui.api.run",
+    "Sensitivity": "railui.api.sensitivity",
     "Series": "railui.api.series",
     "Stability": "railui.api.stability",
     "Study": "railui.api.study",
@@ -137,13 +148,13 @@ _MODULES = {
     "plan": "railui.api.planning",
     "record": "railui.api.recordings",
     "response": "railui.ride_quality.linear_response",
-    "response_map": "railui.api.parameter_studies",
+    "response_map": "railui.api.response_map",
     "ride": "railui.ride_quality.evaluation",
     "ride_cases": "railui.api.ride_cases",
     "ride_many": "railui.ride_quality.evaluation",
     "schema": "railui.api.files",
     "self_test": "railui.api.machine",
-    "sensitivity": "railui.api.parameter_studies",
+    "sensitivity": "railui.api.sensitivity",
     "simulate": "railui.ride_quality.evaluation",
     "stability": "railui.running_stability.summary",
     "status": "railui.execution.session",

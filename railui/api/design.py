@@ -15,8 +15,12 @@ from railui.vehicle.effects import PlacedEffect
 if TYPE_CHECKING:
     import pandas
 
+    from railui.api.assessed_track import Assessment
+    from railui.api.curving import Curve
     from railui.api.response import Response
+    from railui.api.response_map import ResponseMap
     from railui.api.ride import Ride
+    from railui.api.sensitivity import Sensitivity
     from railui.api.series import Series
     from railui.api.stability import Stability
     from railui.ride_quality.evaluation import TrackLike
@@ -285,6 +289,65 @@ class Design(VehicleDesign, Summarised):
         from railui.api.response import compute_response
 
         return compute_response(self, speed, track, channels=channels, frequencies=frequencies, seed=seed)
+
+    def curve(self, radii: float | Sequence[float], cant_deficiency: float = 0.0) -> Curve:
+        """Compute the equilibrium in a curve, or in curves of several radii [m], as `railui curve`.
+
+        Parameters
+        ----------
+        radii : float or sequence of float
+            Radius [m], positive for a right-hand curve.
+        cant_deficiency : float
+            Cant deficiency [m].
+
+        Raises
+        ------
+        FileProblems
+            For a test rig.
+        ValueError
+            For a radius that is 0 or not finite.
+        """
+        from railui.api.curving import compute_curve
+
+        return compute_curve(self, radii, cant_deficiency)
+
+    def sensitivity(self, of: Sequence[str] | None = None, **options: Any) -> Sensitivity:
+        """Compute the changes of results with each parameter, as `railui sensitivity`.
+
+        Parameters, `options` and exceptions as of the function: track, speed, seeds, radius, cant_deficiency, jobs.
+        """
+        from railui.api.sensitivity import sensitivity_of
+
+        return sensitivity_of(self, of, **options)
+
+    def map(self, x: str, y: str, of: Sequence[str], **options: Any) -> ResponseMap:
+        """Compute results over two parameters, as `railui map`; nothing is stored.
+
+        Parameters, `options` and exceptions as of `railui.response_map`: track, speed, radius, cant_deficiency, jobs.
+        """
+        from railui.api.response_map import map_of
+
+        return map_of(self, x, y, of, **options)
+
+    def assess(
+        self,
+        track: TrackLike,
+        speed: float | str,
+        *,
+        section_length: float | None = None,
+        seed: int | None = None,
+        jobs: int | None = None,
+    ) -> Assessment:
+        """Rank the sections of a track by the ride of this vehicle, as `railui assess`; parameters as of the function.
+
+        Raises
+        ------
+        ValueError
+            For a section that is too short or not shorter than the track, and as `ride`.
+        """
+        from railui.api.assessed_track import compute_assessment
+
+        return compute_assessment(self, track, speed, section_length=section_length, seed=seed, jobs=jobs)
 
     def linearise(self, speed: float | str, channels: Sequence[str] | None = None) -> LinearVehicle:
         """Return the linear equations at a speed: x' = A x + sum B_i u_i(t - tau_i), y = C x + sum D_i u_i(t - tau_i).

@@ -12,8 +12,8 @@ from railui.cli.invocation import Invocation, usage_error
 from railui.cli.quantities import option_callback, parse_figure_path, parse_speed
 
 if TYPE_CHECKING:
+    from railui.api.design import Design
     from railui.track.excitation import TrackSource
-    from railui.vehicle.design_reader import Design
 
 REJECTED_CLASSES = ("not admissible", "dangerous")  # ride classes that fail with --strict
 GRADE_NOTE = "class: a grade of this program, no acceptance"
@@ -77,12 +77,12 @@ def split_overrides(words: tuple[str, ...]) -> dict[str, str]:
 
 def load_design_argument(call: Invocation, path: str, overrides: Mapping[str, str]) -> Design:
     """Load a design with its overrides and print its warnings; FileProblems with every fault."""
+    from railui.api.design import Design
     from railui.documents.recognise import expect_kind
-    from railui.vehicle.design_reader import load_design
     from railui.vehicle.wheel_loads import wheel_load_warnings
 
     expect_kind(path, "design")
-    design = load_design(Path(path))
+    design = Design.load(Path(path))
     call.warn(design.warnings)
     if not overrides:
         return design

@@ -80,7 +80,8 @@ def command(
     With `--method en14363` the forces and accelerations of the simulation, or those measured in a run, are evaluated by
     the rules of EN 14363: test zones, track sections, percentiles, estimated maxima, limits. It is not an acceptance.
     """
-    from railui.ride_quality.track_assessment import assess, check_section_length
+    from railui.api.assessed_track import compute_assessment
+    from railui.ride_quality.track_assessment import check_section_length
 
     if method != METHODS[1] and (measured or cant_deficiency is not None):
         raise usage_error("--measured and --cant-deficiency belong to --method en14363")
@@ -100,15 +101,15 @@ def command(
         check_section_length(source.track, stretch)
     except ValueError as error:
         raise usage_error(f"--stretch: {error}") from None
-    result = assess(source, loaded, speed, section_length=stretch, jobs=call.jobs)
+    found = compute_assessment(loaded, source, speed, section_length=stretch, jobs=call.jobs)
+    result = found.data
     if figure is not None:
         from railui.report.figures.assess import draw_assessment
 
         draw_assessment(result, source.track, figure)
         call.info(f"wrote {figure}")
     call.show(_table(result))
-    body = {"design": loaded.name, "overrides": overrides, **result}
-    call.write_json(call.document("assess", body, input_files(design, source), source.seed))
+    call.write_json(call.document("assess", found.body(), input_files(design, source), source.seed))
     is_rejected = any(section["class"] in REJECTED_CLASSES for section in result["stretches"])
     ctx.exit(EXIT_LIMIT_VIOLATED if strict and is_rejected else 0)
 

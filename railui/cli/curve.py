@@ -51,26 +51,22 @@ def command(
     curve is at +y, so e < 0 is outwards. A suspension with a high critical speed on tangent track may cause high
     guiding forces and wear in curves.
     """
-    from railui.curving import curves
+    from railui.api.curving import compute_curve
 
     if (radius is None) == (radii is None):
         raise usage_error("give either --radius or --radii")
-    given = [radius] if radius is not None else list(radii or ())
-    if figure is not None and len(given) < 2:
+    given = radius if radius is not None else list(radii or ())
+    if figure is not None and (radius is not None or len(radii or ()) < 2):
         raise usage_error("--figure draws against the radius: give --radii")
-    loaded = load_design_argument(call, design, overrides)
-    cases = curves(loaded, given, cant_deficiency)
+    result = compute_curve(load_design_argument(call, design, overrides), given, cant_deficiency)
     if figure is not None:
         from railui.report.figures.stability import draw_curves
 
-        draw_curves(cases, figure)
+        draw_curves(result.cases, figure)
         call.info(f"wrote {figure}")
-    notes = list(dict.fromkeys(note for case in cases for note in case["notes"]))
-    rows = [(f"{case['radius']:g}", *_values(case)) for case in cases]
-    call.show(make_table(COLUMNS, rows, caption="\n".join(notes)))
-    head = {"design": loaded.name, "overrides": overrides, "cant_deficiency": cant_deficiency}
-    body = head | (cases[0] if radius is not None else {"cases": cases, "notes": notes})
-    call.write_json(call.document("curve", body, [design]))
+    rows = [(f"{case['radius']:g}", *_values(case)) for case in result.cases]
+    call.show(make_table(COLUMNS, rows, caption="\n".join(result.notes)))
+    call.write_json(call.document("curve", result.body(), [design]))
 
 
 def _values(case: Mapping[str, Any]) -> list[str]:

@@ -67,30 +67,29 @@ def command(
     21 values. Results are stored in DIR as they arrive: the same command resumes an interrupted map, with the same
     digits, and a wider map takes over the vehicles that it shares. DIR gets map.json, map.csv (SI) and map.svg.
     """
+    from railui.api.response_map import compute_map
     from railui.execution.map_session import FIGURE_FILE, MapSession
     from railui.execution.threads import ThreadRunner
-    from railui.optimisation.response_map import case_of, check_keys, read_axis, response_map
+    from railui.optimisation.response_map import check_keys, read_axis
     from railui.report.figures.response_map import draw_map
 
     loaded = load_design_argument(call, design, overrides)
     try:
         check_keys(of, has_track=track is not None, has_speed=speed is not None)
-        axes = [_axis(read_axis, loaded, name, text) for name, text in (("--x", x), ("--y", y))]
+        axes = _axis(read_axis, loaded, "--x", x), _axis(read_axis, loaded, "--y", y)
     except ValueError as error:
         raise usage_error(str(error)) from None
     source = None if track is None else resolve_track_argument(track, call.seed)
-    case = case_of(loaded, [*axes[0].paths, *axes[1].paths], source, speed, radius, cant_deficiency)
+    curve: dict[str, Any] = {"radius": radius, "cant_deficiency": cant_deficiency}
     directory = Path(output) if output is not None else Path(design).parent / "railui-map" / Path(design).stem
     with MapSession(directory, ThreadRunner(call.jobs), StatusLine(call)) as session:
         try:
-            result = response_map(loaded, axes[0], axes[1], of, case, session.evaluator)
+            found = compute_map(loaded, axes, of, source, speed, session.evaluator, **curve)
         except ValueError as error:
             raise usage_error(str(error)) from None
         count = session.evaluator.count
         call.info(f"{count.computed} vehicles computed, {count.cached} were in {directory}")
-        where = {"track": None if source is None else source.name, "speed": speed}
-        body = {"design": loaded.name, "overrides": overrides, **where, **result}
-        document = call.document("map", body, input_files(design, source), None if source is None else source.seed)
+        document = call.document("map", found.body(), input_files(design, source), found.seed)
         written = session.write(document)
         draw_map(document, directory / FIGURE_FILE)
     call.info(f"wrote {', '.join(str(path) for path in [*written, directory / FIGURE_FILE])}")

@@ -56,19 +56,18 @@ def command(
     spectrum of a synthetic track, of which a simulation is one sample, or from Welch's estimate of a measured one.
     Effects that are not linear are left out, as in railui stability.
     """
-    from railui.ride_quality.linear_response import response
+    from railui.api.response import compute_response
     from railui.vehicle.channels import check_channels
     from railui.vehicle.resolve import resolve_model
 
     loaded = load_design_argument(call, design, overrides)
     source = None if track is None else resolve_track_argument(track, call.seed)
-    model = resolve_model(loaded)
     try:
-        check_channels(model, channels or ())
+        check_channels(resolve_model(loaded), channels or ())
     except ValueError as error:
         raise usage_error(f"--channels: {error}") from None
-    grid = None if frequencies is None else np.asarray(frequencies)
-    result = response(model, speed, source, channels, grid)
+    found = compute_response(loaded, speed, source, channels=channels, frequencies=frequencies)
+    result = found.data
     if figure is not None:
         from railui.report.figures.response import draw_response
 
@@ -77,9 +76,7 @@ def command(
     call.show(_table(result))
     if result["ride"] is not None:
         call.show(_ride_table(result))
-    body = {"design": loaded.name, "overrides": overrides, **result}
-    seed = None if source is None else source.seed
-    call.write_json(call.document("response", body, input_files(design, source), seed))
+    call.write_json(call.document("response", found.body(), input_files(design, source), found.seed))
 
 
 def _table(result: Mapping[str, Any]) -> Any:

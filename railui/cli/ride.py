@@ -24,8 +24,8 @@ from railui.cli.quantities import parse_plot_path, parse_seeds, parse_series_pat
 from railui.cli.tables import format_cell, make_table
 
 if TYPE_CHECKING:
+    from railui.api.design import Design
     from railui.track.excitation import TrackSource
-    from railui.vehicle.design_reader import Design
 
 # rows of the table of a single ride, with their units
 QUANTITIES = {
@@ -123,10 +123,9 @@ def command(
     if not is_single and (series is not None or plot is not None):
         raise usage_error("--series and --plot are of one ride: give one --speed and one seed")
     if is_single:
-        from railui.ride_quality.evaluation import ride
-
-        result = ride(loaded, sources[0], given[0], jobs=call.jobs)
-        body, cases = head | result, [result]
+        found = loaded.ride(sources[0], given[0], jobs=call.jobs)
+        result = dict(found.data)
+        body, cases = found.body(), [result]
         call.show(_single_table(result))
     else:
         from railui.api.ride_cases import summarise_cases

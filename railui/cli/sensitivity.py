@@ -62,10 +62,8 @@ def command(
     Each parameter goes from 5 % below to 5 % above its value, on the same tracks. The table has the change of each
     result and, for several seeds, its standard deviation; the JSON also the derivatives in SI and relative ones.
     """
-    from railui.api.parameter_studies import default_keys
-    from railui.optimisation.design_sensitivity import design_sensitivity
-    from railui.optimisation.evaluation import evaluate_in_process
-    from railui.optimisation.response_map import case_of, check_keys
+    from railui.api.sensitivity import compute_sensitivity, default_keys
+    from railui.optimisation.response_map import check_keys
 
     has_ride = track is not None and speed is not None
     keys = default_keys(of, has_ride=has_ride)
@@ -78,18 +76,16 @@ def command(
     loaded = load_design_argument(call, design, overrides)
     asked: list[int | None] = [call.seed] if seeds is None else [*seeds]
     sources = [None if track is None else resolve_track_argument(track, s) for s in asked]
-    cases = [case_of(loaded, (), source, speed, radius, cant_deficiency) for source in sources]
-    result = design_sensitivity(cases, keys, evaluate_in_process(call.jobs))
+    curve: dict[str, Any] = {"radius": radius, "cant_deficiency": cant_deficiency}
+    found = compute_sensitivity(loaded, keys, sources, speed, seeds=seeds, **curve, jobs=call.jobs)
+    result = found.data
     if figure is not None:
         from railui.report.figures.sensitivity import draw_sensitivity
 
         draw_sensitivity(result, figure)
         call.info(f"wrote {figure}")
     call.show(_table(result, keys))
-    where = {"track": None if sources[0] is None else sources[0].name, "speed": speed, "seeds": seeds}
-    body = {"design": loaded.name, "overrides": overrides, **where, **result}
-    seed = None if sources[0] is None or seeds is not None else sources[0].seed
-    call.write_json(call.document("sensitivity", body, input_files(design, sources[0]), seed))
+    call.write_json(call.document("sensitivity", found.body(), input_files(design, sources[0]), found.seed))
 
 
 def _table(result: Mapping[str, Any], keys: list[str]) -> Any:

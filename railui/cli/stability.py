@@ -51,11 +51,12 @@ def command(
     the highest speed up to which the ride class on this track stays just admissible. None of them follows from
     another.
     """
-    from railui.running_stability.summary import stability
+    from railui.api.stability import compute_stability
 
     loaded = load_design_argument(call, design, overrides)
     source = None if track is None else resolve_track_argument(track, call.seed)
-    result = stability(loaded, speeds, fold=fold, track=source, jobs=call.jobs, progress=StatusLine(call))
+    found = compute_stability(loaded, speeds, fold=fold, track=source, jobs=call.jobs, progress=StatusLine(call))
+    result = found.data
     if figure is not None:
         from railui.report.figures.stability import draw_stability
 
@@ -63,9 +64,7 @@ def command(
         call.info(f"wrote {figure}")
     call.show(_modes_table(result))
     call.show(_critical_speeds_table(result))
-    body = {"design": loaded.name, "overrides": overrides, **result}
-    seed = None if source is None else source.seed
-    call.write_json(call.document("stability", body, input_files(design, source), seed))
+    call.write_json(call.document("stability", found.body(), input_files(design, source), found.seed))
 
 
 def _modes_table(result: Mapping[str, Any]) -> Any:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import railui
+from railui.io.atomic import to_json_value
 from tests.cli.runner import BOGIE, ROOT, TRACK, document, run
 
 matplotlib.use("Agg")
@@ -29,19 +30,32 @@ def results(design: railui.Design) -> dict[str, Any]:
         "ride": stiffer.ride(TRACK, 40.0),
         "stability": stiffer.stability([20.0, 40.0, 60.0]),
         "response": stiffer.response(40.0, TRACK, channels=["e1", "ayf"]),
+        "curve": stiffer.curve([400.0, 600.0, 800.0], 0.1),
+        "sensitivity": stiffer.sensitivity(["klingel_wavelength"]),
+        "map": stiffer.map(*AXES, ["klingel_wavelength"]),
+        "assess": stiffer.assess(TRACK, 40.0, section_length=100.0),
     }
 
 
+AXES = ("contact.conicity=0.1:0.4:0.1", "vehicle.primary.lateral_stiffness=2e6:4e6:1e6")
 COMMANDS = {
     "ride": ("--track", TRACK, "--speed", "40"),
     "stability": ("--speeds", "20:60:20"),
     "response": ("--track", TRACK, "--speed", "40", "--channels", "e1,ayf"),
+    "curve": ("--radii", "400:800:200", "--cant-deficiency", "0.1"),
+    "sensitivity": ("--of", "klingel_wavelength"),
+    "map": ("--x", AXES[0], "--y", AXES[1], "--of", "klingel_wavelength", "-o", "map"),
+    "assess": ("--speed", "40", "--stretch", "100"),
 }
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_the_dictionary_of_a_result_is_the_json_of_its_command(name: str, results: dict[str, Any]) -> None:
-    printed = document(run(name, BOGIE, "vehicle.wheel_load=50 kN", *COMMANDS[name], "-q", "--json", "-"))
+def test_the_dictionary_of_a_result_is_the_json_of_its_command(
+    name: str, results: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    of = (TRACK, BOGIE) if name == "assess" else (BOGIE,)
+    printed = document(run(name, *of, "vehicle.wheel_load=50 kN", *COMMANDS[name], "-q", "--json", "-"))
     assert json.loads(json.dumps(results[name].to_dict(), allow_nan=False)) == printed
 
 
@@ -64,6 +78,11 @@ def test_functions_return_the_data_of_the_objects(design: railui.Design, results
     stiffer = design.with_values({"vehicle.wheel_load": "50 kN"})
     assert railui.ride(stiffer, TRACK, 40.0) == results["ride"].data
     assert railui.stability(stiffer, [20.0, 40.0, 60.0]) == results["stability"].data
+    assert railui.curve(stiffer, 600.0, 0.1) == results["curve"].cases[1] == stiffer.curve(600.0, 0.1).data
+    assert railui.sensitivity(stiffer, ["klingel_wavelength"]) == results["sensitivity"].data
+    mapped = railui.response_map(stiffer, *AXES, ["klingel_wavelength"])
+    assert to_json_value(mapped) == to_json_value(dict(results["map"].data))
+    assert railui.assess(TRACK, stiffer, 40.0, section_length=100.0) == results["assess"].data
 
 
 def test_the_attributes_of_results_are_their_data(results: dict[str, Any]) -> None:
@@ -76,6 +95,20 @@ def test_the_attributes_of_results_are_their_data(results: dict[str, Any]) -> No
     assert np.abs(h) == pytest.approx(np.asarray(response.data["transfer"]["e1"]["yw"]["magnitude"]))
     density = np.trapezoid(response.density("e1"), response.frequencies)
     assert np.sqrt(density) == pytest.approx(response.rms["e1"], rel=0.05)
+
+
+def test_results_over_radii_parameters_and_sections_are_frames(results: dict[str, Any]) -> None:
+    curve, sensitivity = results["curve"].to_frame(), results["sensitivity"].to_frame()
+    assert curve.loc[600.0, "wear_number"] == results["curve"].cases[1]["wear_number"]
+    assert list(curve.index) == [400.0, 600.0, 800.0] and curve.attrs["units"]["displacement.2"] == "m"
+    largest = results["sensitivity"].largest("klingel_wavelength", 1)[0]
+    column = sensitivity["klingel_wavelength change"]
+    assert abs(column[largest["path"]]) == column.abs().max() > 0.0
+    grid, frame = results["map"].values("klingel_wavelength"), results["map"].to_frame()
+    assert grid.shape == (3, 4) and frame["klingel_wavelength"].tolist() == grid.ravel().tolist()
+    assert frame["contact.conicity"].tolist()[:4] == pytest.approx([0.1, 0.2, 0.3, 0.4])
+    sections = results["assess"].to_frame()
+    assert sections["score"].is_monotonic_increasing and len(sections) == len(results["assess"].sections) == 3
 
 
 def test_series_of_a_ride_are_those_of_simulate(design: railui.Design) -> None:
@@ -103,6 +136,13 @@ def draw_calls(results: dict[str, Any], design: railui.Design) -> dict[str, Any]
         "frequency": stability.plot_frequency,
         "magnitude": lambda ax: response.plot_magnitude("e1", ax=ax),
         "density": lambda ax: response.plot_density("ayf", ax),
+        "curves": results["curve"].plot_displacement,
+        "guiding forces in curves": results["curve"].plot_guiding_forces,
+        "wear": results["curve"].plot_wear,
+        "map": lambda ax: results["map"].plot("klingel_wavelength", ax),
+        "score of sections": results["assess"].plot_score,
+        "geometry of sections": results["assess"].plot_geometry,
+        "flange contact of sections": results["assess"].plot_flange_contact,
         "track": lambda ax: track.plot("phiw", ax),
         "track spectrum": track.plot_spectrum,
         "series": lambda ax: series.plot("e1", ax),
@@ -129,6 +169,10 @@ def test_a_figure_of_its_own_is_drawn_without_axes(results: dict[str, Any]) -> N
 def test_what_a_result_has_not_is_refused_with_a_remedy(results: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match="fold=True"):
         results["stability"].plot_bifurcation()
+    with pytest.raises(ValueError, match="compute several"):
+        results["curve"].design.curve(600.0).plot_wear()
+    with pytest.raises(ValueError, match="no figure of 'radius'"):
+        results["curve"].plot("radius")
     with pytest.raises(ValueError, match="no panel 'displacements': did you mean 'displacement'"):
         results["ride"].plot_panel("displacements")
 

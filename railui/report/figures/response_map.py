@@ -14,7 +14,6 @@ from railui.report.numbers import readable_scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PANEL_SIZE: Final = (5.6, 4.2)  # inch
 CONTOURS: Final = 8
@@ -27,10 +26,11 @@ def draw_map(document: Mapping[str, Any], path: str | Path) -> None:
     with figure_file(path, PANEL_SIZE[0], PANEL_SIZE[1] * len(keys)) as figure:
         axes = figure.subplots(len(keys), 1, squeeze=False)[:, 0]
         for ax, key in zip(axes, keys, strict=True):
-            _panel(figure, ax, document, key)
+            draw_map_panel(ax, document, key)
 
 
-def _panel(figure: Figure, ax: Axes, document: Mapping[str, Any], key: str) -> None:
+def draw_map_panel(ax: Axes, document: Mapping[str, Any], key: str) -> None:
+    """Draw one result over both parameters, with its colour bar."""
     one = document["of"][key]
     values = np.array([[np.nan if v is None else v for v in row] for row in one["values"]], dtype=float)
     factor, unit = readable_scale(values[np.isfinite(values)], one["unit"])
@@ -50,7 +50,7 @@ def _panel(figure: Figure, ax: Axes, document: Mapping[str, Any], key: str) -> N
         ax.plot(*at, "*", color="black", ms=11, mec="white", mew=0.7, label="design")
         ax.legend(frameon=True, fontsize=8, loc="best")
     label = axis_label(key.replace("_", " "), "" if unit == "1" else typeset_unit(unit))
-    figure.colorbar(mesh, ax=ax, label=label)
+    ax.figure.colorbar(mesh, ax=ax, label=label)
     labels = [
         axis_label(document[name]["name"], "" if shown == "1" else typeset_unit(shown))
         for name, (_, shown) in zip("xy", scales, strict=True)

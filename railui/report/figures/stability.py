@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -102,24 +102,36 @@ def draw_critical_speeds(ax: Axes, result: Mapping[str, Any]) -> None:
             ax.axvline(result[key], color=colour, lw=0.9, ls=(0, (4, 2)), label=f"{name} {result[key]:.2f} m/s")
 
 
+# panels of curves: key of a case, factor from SI, label
+CURVE_PANELS: Final = (
+    ("displacement", 1e3, "e [mm]"),
+    ("angle_of_attack", 1e3, "angle of attack [mrad]"),
+    ("guiding_force", 1e-3, "sum of guiding forces [kN]"),
+    ("wear_number", 1.0, "wear number [N]"),
+)
+
+
 def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
     """Write a figure of displacement, angle of attack, guiding forces and wear number against radius."""
+    with stacked_axes(path, len(CURVE_PANELS), 1.7) as axes:
+        for ax, (key, _, _) in zip(axes, CURVE_PANELS, strict=True):
+            draw_curve_panel(ax, cases, key)
+        axes[-1].set_xlabel("radius [m]")
+        axes[0].legend(frameon=False, fontsize=8, ncols=4, **ABOVE)
+
+
+def draw_curve_panel(ax: Axes, cases: Sequence[Mapping[str, Any]], key: str) -> None:
+    """Draw a result of curves against radius, a line for each wheelset; the wear number is that of the vehicle."""
+    factor, label = next((factor, label) for name, factor, label in CURVE_PANELS if name == key)
     drawn = [case for case in cases if case["displacement"] is not None]
     radii = np.array([abs(case["radius"]) for case in drawn])
-    with stacked_axes(path, 4, 1.7) as axes:
-        for ax, key, factor, label in (
-            (axes[0], "displacement", 1e3, "e [mm]"),
-            (axes[1], "angle_of_attack", 1e3, "angle of attack [mrad]"),
-            (axes[2], "guiding_force", 1e-3, "sum of guiding forces [kN]"),
-        ):
-            for i, values in enumerate(np.array([case[key] for case in drawn]).reshape(len(drawn), -1).T):
-                dash: Any = ("-", (0, (4, 2)), (0, (1, 1)), "-.")[i % 4]
-                colour = (BLUE, ORANGE, GREEN, GREY)[i % 4]
-                ax.plot(radii, factor * values, lw=1.2, label=f"wheelset {i + 1}", color=colour, ls=dash)
-            ax.axhline(0.0, color="#444444", lw=0.7)
-            ax.set_ylabel(label)
-        axes[3].plot(radii, [case["wear_number"] for case in drawn], color=BLUE, lw=1.2)
-        axes[3].set_ylim(bottom=0.0)
-        axes[3].set_ylabel("wear number [N]")
-        axes[3].set_xlabel("radius [m]")
-        axes[0].legend(frameon=False, fontsize=8, ncols=4, **ABOVE)
+    ax.set_ylabel(label)
+    if key == "wear_number":
+        ax.plot(radii, [case[key] for case in drawn], color=BLUE, lw=1.2)
+        ax.set_ylim(bottom=0.0)
+        return
+    for i, values in enumerate(np.array([case[key] for case in drawn]).reshape(len(drawn), -1).T):
+        dash: Any = ("-", (0, (4, 2)), (0, (1, 1)), "-.")[i % 4]
+        colour = (BLUE, ORANGE, GREEN, GREY)[i % 4]
+        ax.plot(radii, factor * values, lw=1.2, label=f"wheelset {i + 1}", color=colour, ls=dash)
+    ax.axhline(0.0, color="#444444", lw=0.7)
