@@ -15,6 +15,7 @@ from railui.api.units import check_unit_names
 from railui.arrays import FloatArray
 from railui.io.atomic import sha256
 from railui.io.problems import NO_POSITION, Findings, file_problem
+from railui.io.series_file import PARQUET, write_series
 from railui.io.table import Table, table_text, write_table
 from railui.runs.columns import RIG_FORMS, Form, columns_of
 from railui.runs.run import Run as MeasuredRun
@@ -183,11 +184,19 @@ class Run(MeasuredRun, Summarised):
         return {name: self.units.get(name, "") if self.kind in RIG_FORMS else known[name].unit for name in self.columns}
 
     def save(self, path: str | Path) -> Path:
-        """Write the run as CSV, gzipped if the name ends in .gz, with all digits; return the path."""
-        if self.table is not None:
-            return write_table(path, _by_header(self.table), digits=None)
+        """Write the run as CSV, gzipped if the name ends in .gz, or as Parquet, with all digits; return the path.
+
+        Raises
+        ------
+        FileProblems
+            For Parquet without pyarrow.
+        """
         units = self.column_units
-        return write_table(path, {f"{n} [{units[n]}]": x for n, x in self.columns.items()}, digits=None)
+        columns = {f"{n} [{units[n]}]": x for n, x in self.columns.items()}
+        columns = columns if self.table is None else _by_header(self.table)
+        if str(path).lower().endswith(PARQUET):
+            return write_series(path, columns)
+        return write_table(path, columns, digits=None)
 
     def to_frame(self) -> pandas.DataFrame:
         """Return the columns as a pandas.DataFrame over t; ImportError without pandas."""

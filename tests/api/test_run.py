@@ -120,3 +120,12 @@ def test_samples_of_a_track_that_are_not_equally_spaced_need_a_spacing() -> None
         railui.Track.from_arrays(s, 1e-3 * np.sin(s))
     even = railui.Track.from_arrays(s, 1e-3 * np.sin(s), spacing=0.25)
     assert even.spacing == pytest.approx(0.25)
+
+
+def test_a_run_is_saved_as_parquet_with_all_digits(tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    t = np.arange(0.0, 20.0, 0.01)
+    run = railui.Run.from_arrays(t=t, u=np.sin(9.0 * t), z=1e3 * np.sin(9.0 * t - 0.5), units={"z": "mm"})
+    table = parquet.read_table(run.save(tmp_path / "run.parquet"))
+    assert table.column_names == ["t [s]", "u", "z [mm]"]
+    np.testing.assert_array_equal(table["z [mm]"].to_numpy(), 1e3 * np.sin(9.0 * t - 0.5))
