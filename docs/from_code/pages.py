@@ -14,6 +14,7 @@ import effects  # noqa: E402
 import file_list  # noqa: E402
 import formats  # noqa: E402
 import front  # noqa: E402
+import notebooks  # noqa: E402
 import settings  # noqa: E402
 import validation  # noqa: E402
 
@@ -34,3 +35,10 @@ for name, page in PAGES.items():
 for name, svg in effects.pictures():
     with mkdocs_gen_files.open(f"reference/laws/{name}.svg", "wb") as file:
         file.write(svg)
+for notebook in notebooks.notebooks():
+    rendered = notebooks.render(notebook.stem, notebook.read_text())
+    with mkdocs_gen_files.open(f"notebooks/{notebook.stem}.md", "w") as file:
+        file.write(rendered.page)
+    for name, svg in rendered.figures.items():
+        with mkdocs_gen_files.open(f"notebooks/{name}", "wb") as file:
+            file.write(svg)
