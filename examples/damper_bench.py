@@ -16,7 +16,7 @@ from matplotlib import pyplot as plt
 import railui
 
 BENCH = "designs/campaigns/mr_damper"
-runs = {name: railui.Run.load(f"{BENCH}/{name}.csv.gz") for name in ("25mm_0.25Hz_1A", "2mm_5Hz_1A", "25mm_0.5Hz_1A")}
+runs = {name: railui.Run.load(f"{BENCH}/{name}.csv.gz") for name in ("25mm_0.25Hz_1A", "5mm_3Hz_1A", "25mm_0.5Hz_1A")}
 runs["25mm_0.25Hz_1A"]
 
 # %% [markdown]
@@ -28,8 +28,8 @@ runs["25mm_0.25Hz_1A"]
 figure, ax = plt.subplots(figsize=(6, 4), layout="constrained")
 for name, run in runs.items():
     ax.plot(run.columns["vz"], run.columns["F"], lw=0.7, label=name)
-ax.set_xlabel(f"speed [{runs['2mm_5Hz_1A'].column_units['vz']}]")
-ax.set_ylabel(f"force [{runs['2mm_5Hz_1A'].column_units['F']}]")
+ax.set_xlabel(f"speed [{runs['5mm_3Hz_1A'].column_units['vz']}]")
+ax.set_ylabel(f"force [{runs['5mm_3Hz_1A'].column_units['F']}]")
 ax.legend(frameon=False, fontsize=8)
 
 # %% [markdown]
@@ -40,7 +40,7 @@ ax.legend(frameon=False, fontsize=8)
 # %%
 campaign = railui.Campaign.from_runs(
     railui.Design.load(f"{BENCH}/vehicle.yaml"),
-    estimation=[runs["25mm_0.25Hz_1A"], runs["2mm_5Hz_1A"]],
+    estimation=[runs["25mm_0.25Hz_1A"], runs["5mm_3Hz_1A"]],
     validation=runs["25mm_0.5Hz_1A"],
     name="damper at 1 A",
 )

@@ -64,7 +64,7 @@ for one in sensitivity.largest("linear_critical_speed", 5):
 radii = np.arange(300.0, 1501.0, 100.0)
 stiffer = design.with_values({"vehicle.primary.longitudinal_stiffness": "20 MN/m"})
 ax = design.curve(radii, 0.1).plot_wear()
-stiffer.curve(radii, 0.1).plot_wear(ax)
+stiffer.curve(radii, 0.1).plot_wear(ax).lines[-1].set_linestyle("--")
 ax.legend(["design", "stiffer primary suspension"])
 wear = [vehicle.curve(400.0, 0.1).cases[0]["wear_number"] for vehicle in (design, stiffer)]
 print(f"wear number at 400 m: {wear[0]:.0f} N, with the stiffer suspension {wear[1]:.0f} N")

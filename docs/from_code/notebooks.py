@@ -59,7 +59,8 @@ def render(name: str, text: str) -> Rendered:
             figures[file] = svg
             parts.append(f"![figure {len(figures)} of the notebook]({file})")
     link = f"The notebook is the file `examples/{name}.py`; its cells were executed when this page was built."
-    return Rendered("\n\n".join([*parts[:1], link, *parts[1:]]) + "\n", figures)
+    heading, _, introduction = parts[0].partition("\n\n")
+    return Rendered("\n\n".join([heading, link, introduction, *parts[1:]]) + "\n", figures)
 
 
 def _outputs(source: str, file: str, namespace: dict[str, Any]) -> list[str]:

@@ -128,7 +128,7 @@ def draw_curve_panel(ax: Axes, cases: Sequence[Mapping[str, Any]], key: str) -> 
     ax.set_ylabel(label)
     if key == "wear_number":
         ax.plot(radii, [case[key] for case in drawn], color=BLUE, lw=1.2)
-        ax.set_ylim(bottom=0.0)
+        ax.set_ylim(0.0, 1.05 * ax.dataLim.y1)
         return
     for i, values in enumerate(np.array([case[key] for case in drawn]).reshape(len(drawn), -1).T):
         dash: Any = ("-", (0, (4, 2)), (0, (1, 1)), "-.")[i % 4]
