@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from railui.api.design import Design
     from railui.api.files import check, diff, schema
     from railui.api.fit import Fit, adjust
+    from railui.api.fmu import export_fmu, fmu_inputs
     from railui.api.library import effects
     from railui.api.loading import load
     from railui.api.loop import Loop
@@ -78,7 +79,9 @@ __all__ = [
     "decode_recording",
     "diff",
     "effects",
+    "export_fmu",
     "export_state_space",
+    "fmu_inputs",
     "import_recording",
     "linearise_profiles",
     "load",
@@ -137,7 +140,9 @@ _MODULES = {
     "decode_recording": "railui.api.recordings",
     "diff": "railui.api.files",
     "effects": "railui.api.library",
+    "export_fmu": "railui.api.fmu",
     "export_state_space": "railui.api.response",
+    "fmu_inputs": "railui.api.fmu",
     "import_recording": "railui.api.recordings",
     "linearise_profiles": "railui.api.contact",
     "load": "railui.api.loading",

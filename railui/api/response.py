@@ -162,14 +162,14 @@ def linear_vehicle(design: VehicleDesign, speed: float | str, channels: Sequence
     """Return the linear equations of a design; parameters and exceptions as `Design.linearise`."""
     from railui.vehicle.transfer import linearise
 
-    return linearise(*_checked(design, speed, channels))
+    return linearise(*checked_vehicle(design, speed, channels))
 
 
 def state_space_of(design: VehicleDesign, speed: float | str, channels: Sequence[str] | None = None) -> StateSpace:
     """Return the state space of a design; parameters and exceptions as `Design.state_space`."""
     from railui.vehicle.state_space import state_space
 
-    return state_space(*_checked(design, speed, channels))
+    return state_space(*checked_vehicle(design, speed, channels))
 
 
 def export_state_space(
@@ -207,10 +207,10 @@ def export_state_space(
     return space
 
 
-def _checked(
+def checked_vehicle(
     design: VehicleDesign, speed: float | str, channels: Sequence[str] | None
 ) -> tuple[Model, float, list[str]]:
-    """Return model, speed [m/s] and channels of a linear vehicle, checked."""
+    """Return model, speed [m/s] and channels of a vehicle, checked; those of a run by default."""
     from railui.ride_quality.linear_response import default_channels
     from railui.vehicle.channels import check_channels
     from railui.vehicle.resolve import resolve_model

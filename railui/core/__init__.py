@@ -27,7 +27,14 @@ from railui.core.layout import (
     LinearSum,
     WheelsLayout,
 )
-from railui.core.machine import LANES, resolve_thread_count, run_operation_chains, simd_level, source_hash
+from railui.core.machine import (
+    LANES,
+    kernel_library,
+    resolve_thread_count,
+    run_operation_chains,
+    simd_level,
+    source_hash,
+)
 from railui.core.numerics import Spline, matrix_eigenvalues, sosfilt
 from railui.core.vehicles import MAX_STEPS_PER_SAMPLE, Vehicles
 
@@ -55,6 +62,7 @@ __all__ = [
     "effect_catalogue",
     "effect_numbers",
     "effect_record",
+    "kernel_library",
     "matrix_eigenvalues",
     "parameter_paths",
     "resolve_thread_count",

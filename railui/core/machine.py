@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 from railui import _core
 
@@ -17,6 +18,11 @@ def simd_level() -> str:
 def source_hash() -> str:
     """Return the SHA-256 of the sources from which the kernel was built."""
     return _core.sources()
+
+
+def kernel_library() -> Path:
+    """Return the file of the kernel, a shared library."""
+    return Path(str(_core.__file__))
 
 
 def run_operation_chains(roots: bool, rounds: int) -> int:

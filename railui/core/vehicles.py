@@ -102,7 +102,7 @@ class Vehicles:
         """
         filter_arguments = filter.kernel_arguments() if filter else None
         threads = resolve_thread_count(jobs)
-        names = [self._channel_names.get(c, c) for c in channels]
+        names = self.kernel_names(channels)
         flat, diverged = self._core.simulate(batch, table, dt, steps, names, filter_arguments, threads)
         return flat.reshape(len(batch), len(channels), -1), np.array(diverged)
 
@@ -229,6 +229,10 @@ class Vehicles:
     def inertias(self, batch: Batch) -> dict[str, float]:
         """Return masses and inertias of the first vehicle by degree of freedom, in their order."""
         return dict(self._core.bodies(batch))
+
+    def kernel_names(self, channels: Sequence[str]) -> list[str]:
+        """Return channels by the names of the kernel."""
+        return [self._channel_names.get(c, c) for c in channels]
 
     def channel_names(self, batch: Batch) -> list[str]:
         """Return the channels of the first vehicle; `state.K` and `rate.K` of its K-th state exist as well."""

@@ -36,7 +36,7 @@ FUNCTIONS = {
     "diff": ["diff"],
     "capture": ["record", "decode_recording"],
     "import": ["import_recording"],
-    "export": ["export_state_space"],
+    "export": ["export_state_space", "export_fmu", "fmu_inputs"],
     "schema": ["schema"],
     "doctor": ["self_test"],
     "bench": ["benchmark"],

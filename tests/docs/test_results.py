@@ -70,7 +70,7 @@ CASES = {
     "plan": [
         [BOGIE, "--sensors", "designs/plans/test_bogie.yaml", "--speeds", "30,40", *LOW, "--duration", "20", *MASS],
     ],
-    "export": [[BOGIE, "--state-space", "b.npz", "--speed", "40", *MASS]],
+    "export": [[BOGIE, "--state-space", "b.npz", "--speed", "40", *MASS], [BOGIE, "--fmu", *MASS]],
     "track": [["--spectrum", "line.csv"]],
     "check": [["absent.yaml"]],
     "diff": [[BOGIE, "designs/check_bogie.yaml"]],

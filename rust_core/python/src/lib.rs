@@ -18,6 +18,8 @@ use railui_core::simd::peak::{self, Links};
 use railui_core::vehicle::assembly::LINKAGE;
 use railui_core::vehicle::kinds::VehicleKind;
 use railui_core::vehicle::structure::{Placed, Structure};
+// the C functions of an FMU, exported from this library too: `railui export --fmu` copies it
+use railui_fmu as _;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::{BTreeMap, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
