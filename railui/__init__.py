@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from railui.api.loop import Loop
     from railui.api.machine import benchmark, self_test
     from railui.api.optimisation import Optimisation
-    from railui.api.planning import next_runs, plan
+    from railui.api.plan import Plan, plan
+    from railui.api.planning import next_runs
     from railui.api.recordings import decode_recording, import_recording, record
     from railui.api.residual import Residual
     from railui.api.response import Response, export_state_space
@@ -54,6 +55,7 @@ __all__ = [
     "Fit",
     "Loop",
     "Optimisation",
+    "Plan",
     "Problem",
     "Residual",
     "Response",
@@ -116,6 +118,7 @@ _MODULES = {
     "Fit": "railui.api.fit",
     "Loop": "railui.api.loop",
     "Optimisation": "railui.api.optimisation",
+    "Plan": "railui.api.plan",
     "Problem": "railui.io.problems",
     "Residual": "railui.api.residual",
     "Response": "railui.api.response",
@@ -150,7 +153,7 @@ _MODULES = {
     "next_runs": "railui.api.planning",
     "open_desk": "railui.desk.opening",
     "optimise": "railui.optimisation.optimise",
-    "plan": "railui.api.planning",
+    "plan": "railui.api.plan",
     "record": "railui.api.recordings",
     "response": "railui.ride_quality.linear_response",
     "response_map": "railui.api.response_map",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from railui.api.assessed_track import Assessment
     from railui.api.curving import Curve
+    from railui.api.plan import Plan, Tracks
     from railui.api.response import Response
     from railui.api.response_map import ResponseMap
     from railui.api.ride import Ride
@@ -348,6 +349,23 @@ class Design(VehicleDesign, Summarised):
         from railui.api.assessed_track import compute_assessment
 
         return compute_assessment(self, track, speed, section_length=section_length, seed=seed, jobs=jobs)
+
+    def plan(
+        self,
+        sensors: str | Path,
+        speeds: Sequence[float | str],
+        track: Tracks,
+        *,
+        budget: float | None = None,
+        **options: Any,
+    ) -> Plan:
+        """Plan a measurement campaign before any measurement, as `railui plan`.
+
+        Parameters, `options` and exceptions as of the function: duration, sections, noise, store, seed, jobs, progress.
+        """
+        from railui.api.plan import plan_of
+
+        return plan_of(self, sensors, speeds, track, budget=budget, **options)
 
     def linearise(self, speed: float | str, channels: Sequence[str] | None = None) -> LinearVehicle:
         """Return the linear equations at a speed: x' = A x + sum B_i u_i(t - tau_i), y = C x + sum D_i u_i(t - tau_i).

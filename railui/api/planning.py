@@ -1,86 +1,12 @@
-"""Plans of measurements: sensors and runs before any measurement, and the next run after a loop."""
+"""Next runs after a loop that left models undecided."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any
 
-from railui.api.design import as_design
 from railui.progress import SILENT, Progress
-
-if TYPE_CHECKING:
-    from railui.vehicle.design import Design
-
-DURATION: Final = 60.0  # s of a run
-
-
-def plan(
-    design: Design | str | Path,
-    sensors: str | Path,
-    speeds: Sequence[float | str],
-    track: str | Path | Sequence[str | Path],
-    *,
-    duration: float = DURATION,
-    sections: int = 1,
-    noise: Mapping[str, float | str] | None = None,
-    budget: float | None = None,
-    seed: int | None = None,
-    jobs: int | None = None,
-    progress: Progress = SILENT,
-) -> dict[str, Any]:
-    """Plan a measurement campaign: sensors and runs that would detect effects of a design, as `railui plan`.
-
-    Parameters
-    ----------
-    design : Design, str or Path
-        Nominal vehicle.
-    sensors : str or Path
-        Sensors that may be mounted, their noise and costs (YAML).
-    speeds : sequence of float or str
-        Speeds [m/s] that may be run, or quantities.
-    track : str, Path or sequence
-        Specs or files; every speed is run on every track.
-    duration : float
-        Duration [s] of a run.
-    sections : int
-        Sections of each track on which runs are planned.
-    noise : mapping, optional
-        Standard deviations in place of the file's: SI numbers or quantities.
-    budget : float, optional
-        Largest cost, in place of the file's.
-    seed : int, optional
-        Seed of synthetic tracks and of the noise.
-    jobs : int, optional
-        Threads; by default all.
-    progress : Progress
-        Receiver of messages.
-
-    Returns
-    -------
-    dict
-        The keys of railui.plan/1, documented in docs/results.md.
-
-    Raises
-    ------
-    FileProblems
-        For faulty files.
-    ValueError
-        For fewer than two runs at which the vehicle is stable.
-    """
-    from railui.io.units import read_speed
-    from railui.planning.plan import make_plan, plan_document
-    from railui.planning.plan_file import load_plan
-
-    file = load_plan(sensors, as_design(design), noise)
-    if budget is not None:
-        file = replace(file, budget=budget)
-    tracks = [track] if isinstance(track, str | Path) else list(track)
-    grid = [read_speed(v) if isinstance(v, str) else float(v) for v in speeds]
-    return plan_document(
-        make_plan(file, grid, tracks, duration, seed=seed, jobs=jobs, progress=progress, sections=sections)
-    )
 
 
 def next_runs(
@@ -89,6 +15,11 @@ def next_runs(
     track: str | Path | Sequence[str | Path] | None = None,
     *,
     duration: float | None = None,
+    sensors: str | Path | None = None,
+    noise: Mapping[str, float | str] | None = None,
+    sections: int = 1,
+    loads: Sequence[str] = (),
+    benches: bool = False,
     seed: int = 0,
     jobs: int | None = None,
     progress: Progress = SILENT,
@@ -105,6 +36,16 @@ def next_runs(
         Specs or files; that of the campaign by default.
     duration : float, optional
         Duration [s] of a run; that of the campaign by default.
+    sensors : str or Path, optional
+        Sensors that may be added (YAML).
+    noise : mapping, optional
+        Standard deviations in place of the file's: SI numbers or quantities.
+    sections : int
+        Places along each track from which a run may start.
+    loads : sequence of str
+        Load states in which the vehicle may run; by default that of the campaign.
+    benches : bool
+        Propose benches for the components at which undecided effects act.
     seed, jobs, progress
         As for `plan`.
 
@@ -118,14 +59,19 @@ def next_runs(
     FileProblems
         For a directory without the report of a loop.
     ValueError
-        For a track that is too short.
+        For a track that is too short, and an unknown load state.
     """
     from railui.planning.after import load_finished_loop, propose_runs
+    from railui.planning.plan_file import load_plan
     from railui.planning.rivals import undecided
     from railui.report.loop.next_run import run_row
 
     loop = load_finished_loop(directory, seed=seed, jobs=jobs, progress=progress)
     if len(undecided(loop.rivals, loop.context.settings.planning)) < 2:
         return []
+    design = loop.context.campaign.design
+    file = None if sensors is None else load_plan(sensors, design, noise)
+    levels = {} if file is None else {channel: file.campaign.noise[channel] for channel in file.sensors}
     tracks = [track] if isinstance(track, str | Path) else track
-    return [run_row(run) for run in propose_runs(loop, speeds, tracks, duration)]
+    found = propose_runs(loop, speeds, tracks, duration, levels, sections, loads, benches)
+    return [run_row(run, design.structure) for run in found]

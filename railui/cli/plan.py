@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, Final
 
 import click
@@ -110,37 +109,32 @@ def _plan_before(
     design: str, overrides: dict[str, str], candidates: Candidates, outputs: Outputs, call: Invocation
 ) -> None:
     """Plan before any measurement."""
-    from railui.planning.plan import make_plan, plan_document
-    from railui.planning.plan_file import load_plan
-    from railui.planning.store import InformationStore
+    from railui.api.plan import compute_plan, read_plan_file
 
     loaded = load_design_argument(call, design, overrides)
-    file = load_plan(str(candidates.sensors), loaded, candidates.noise)
+    file = read_plan_file(loaded, str(candidates.sensors), candidates.noise, outputs.budget)
     call.warn(file.campaign.warnings)
-    if outputs.budget is not None:
-        file = replace(file, budget=outputs.budget)
     cluster = None if outputs.scheduler is None else connect(outputs.scheduler, call)
     try:
-        plan = make_plan(
+        plan = compute_plan(
+            loaded,
             file,
             candidates.speeds or [],
             candidates.tracks,
             candidates.duration or DURATION,
+            sections=candidates.sections,
+            store=outputs.store,
+            cluster=cluster,
             seed=call.seed,
             jobs=call.jobs,
             progress=StatusLine(call),
-            store=None if outputs.store is None else InformationStore(Path(outputs.store)),
-            sections=candidates.sections,
-            cluster=cluster,
         )
     except ValueError as error:
         raise usage_error(str(error)) from None
     finally:
         if cluster is not None:
             cluster.close()
-    files = [design, str(candidates.sensors), *(str(r.source.file) for r in plan.runs if r.source.file is not None)]
-    body = {"overrides": overrides} | plan_document(plan)
-    document = call.document("plan", body, list(dict.fromkeys(files)))
+    document = call.document("plan", plan.body(), [design, *map(str, plan.inputs[1:])])
     for table in _tables(document, loaded.structure):
         call.show(table)
     if outputs.plot is not None:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 import railui
 from railui.cli import COMMANDS
@@ -137,12 +138,18 @@ def test_a_map_is_that_of_the_command(tmp_path: Path) -> None:
     assert to_json_value(result["of"]) == printed["of"]
 
 
-def test_a_plan_is_that_of_the_command() -> None:
+def test_a_plan_is_that_of_the_command(tmp_path: Path) -> None:
     sensors = str(ROOT / "designs/plans/test_bogie.yaml")
     words = ("plan", BOGIE, "--sensors", sensors, "--speeds", "30,40", "--track", TRACK, "--duration", "20")
-    printed = document(run(*words, "-q", "--json", "-"))
-    expected = to_json_value(railui.plan(BOGIE, sensors, [30.0, 40.0], TRACK, duration=20.0))
-    assert {key: printed[key] for key in expected} == expected
+    printed = document(run(*words, "--store", str(tmp_path / "store"), "-q", "--json", "-"))
+    plan = railui.Design.load(BOGIE).plan(sensors, ["30 m/s", 40.0], TRACK, duration=20.0, store=tmp_path / "store")
+    assert to_json_value(plan.to_dict()) == printed
+    again = railui.plan(BOGIE, sensors, [30.0, 40.0], TRACK, duration=20.0, store=tmp_path / "store")
+    assert to_json_value(again) == to_json_value(dict(plan.data))
+    assert plan.sentence in plan.summary() and len(plan.to_frame()) == len(plan.detectable)
+    assert plan.plot_selection(Figure().subplots()).get_ylabel() == "attained precision [%]"
+    assert plan.plot_limits(Figure().subplots()).texts
+    assert plan.save(tmp_path / "plan.html").read_text().startswith("<!DOCTYPE html>")
 
 
 def test_errors_have_the_text_of_the_command() -> None:

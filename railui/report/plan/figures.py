@@ -22,30 +22,31 @@ MAX_RATIO: Final = 4.0  # of a minimum detectable size over that with everything
 
 def draw_plan(document: Document, rows: Sequence[Row], path: str | Path) -> None:
     """Write the map of minimum detectable effects (svg, png, pdf)."""
-    width, height = _map_size(document, rows)
+    width, height = map_size(document, rows)
     with figure_file(path, width, height) as figure:
-        _draw_map(figure.add_subplot(), document, rows)
+        draw_limits(figure.add_subplot(), document, rows)
 
 
 def map_picture(document: Document, rows: Sequence[Row]) -> Picture:
     """Draw the map of minimum detectable effects for the page."""
-    width, height = _map_size(document, rows)
+    width, height = map_size(document, rows)
     alt = "minimum detectable size of every effect with the selection, with everything and with every run alone"
 
     def draw(ax: Axes) -> None:
-        _draw_map(ax, document, rows)
+        draw_limits(ax, document, rows)
         ax.set_position((LABEL_WIDTH / width, 0.02, 1.0 - LABEL_WIDTH / width - 0.02, 1.0 - 1.0 / height))
 
     return draw_picture("plan_map", alt, (width, height), draw)
 
 
-def _map_size(document: Document, rows: Sequence[Row]) -> tuple[float, float]:
+def map_size(document: Document, rows: Sequence[Row]) -> tuple[float, float]:
+    """Return width and height [inch] of the map of minimum detectable effects."""
     columns = 2 + len(document["runs"])
     return LABEL_WIDTH + CELL[0] * columns + 0.2, CELL[1] * len(rows) + 1.1
 
 
-def _draw_map(ax: Axes, document: Document, rows: Sequence[Row]) -> None:
-    """Colour every cell by its size over that with everything; number in the unit of the row."""
+def draw_limits(ax: Axes, document: Document, rows: Sequence[Row]) -> None:
+    """Draw the map of minimum detectable effects: colours by the size over the best of a row, numbers in its unit."""
     values = np.array([[np.nan if x is None else abs(x) for x in row["values"]] for row in rows])
     sizes = _strength(values, rows)
     best = np.min(np.where(np.isfinite(sizes), sizes, np.inf), axis=1, keepdims=True)
@@ -74,18 +75,19 @@ def _strength(values: Any, rows: Sequence[Row]) -> Any:
 
 def selection_picture(document: Document) -> Picture:
     """Draw the attained precision against the cost, step by step."""
-    steps = document["steps"]
     alt = "share of the precision of all sensors and runs against the cost of the selection"
+    return draw_picture("plan_selection", alt, (6.4, 2.6), lambda ax: draw_selection(ax, document))
 
-    def draw(ax: Axes) -> None:
-        costs, shares = [s["cost"] for s in steps], [100 * s["attained_share"] for s in steps]
-        ax.plot(costs, shares, "-o", color=BLUE, ms=4, lw=1.2)
-        for i, (step, x, y) in enumerate(zip(steps, costs, shares, strict=True)):
-            name = "start" if i == 0 else f"+ {step['added']}"
-            ax.annotate(name, (x, y), xytext=(4, -9), textcoords="offset points", fontsize=7)
-        ax.set_xlabel("cost [1]")
-        ax.set_ylabel("attained precision [%]")
-        ax.set_ylim(0, 105)
-        ax.margins(x=0.12)
 
-    return draw_picture("plan_selection", alt, (6.4, 2.6), draw)
+def draw_selection(ax: Axes, document: Document) -> None:
+    """Draw the attained precision against the cost, a point for each step with what it adds."""
+    steps = document["steps"]
+    costs, shares = [s["cost"] for s in steps], [100 * s["attained_share"] for s in steps]
+    ax.plot(costs, shares, "-o", color=BLUE, ms=4, lw=1.2)
+    for i, (step, x, y) in enumerate(zip(steps, costs, shares, strict=True)):
+        name = "start" if i == 0 else f"+ {step['added']}"
+        ax.annotate(name, (x, y), xytext=(4, -9), textcoords="offset points", fontsize=7)
+    ax.set_xlabel("cost [1]")
+    ax.set_ylabel("attained precision [%]")
+    ax.set_ylim(0, 105)
+    ax.margins(x=0.12)
