@@ -139,8 +139,16 @@ def _best_window(result: LoopResult, index: int, segment: Segment) -> tuple[floa
     width = max(2, min(measured.shape[1], round(_window_seconds(segment) / segment.dt)))
     cumulated = np.cumsum(np.concatenate([[0.0], gain]))
     gains = cumulated[width:] - cumulated[:-width]
-    begin = int(np.argmax(gains))
+    first = _first_predicted(result, segment, len(gains))
+    begin = first + int(np.argmax(gains[first:]))
     return float(gains[begin]), Window(index, segment, begin, begin + width)
+
+
+def _first_predicted(result: LoopResult, segment: Segment, positions: int) -> int:
+    """Return the first compared sample after those on which the initial state was estimated, where enough follow."""
+    estimated = round(result.context.settings.initial_state.initial_state_duration / segment.dt)
+    first = max(estimated - cut_samples(result.dataset.campaign, segment), 0)
+    return first if not segment.is_rig and first < positions // 2 else 0
 
 
 def _window_seconds(segment: Segment) -> float:
@@ -217,23 +225,38 @@ def spectrum_drawing(result: LoopResult, window: Window, series: Mapping[str, Fl
         for span in ((left, band[0]), (band[1], right)) if band else ():
             ax.axvspan(*span, color="#f1f1f1", lw=0, zorder=0)
         ax.set_xlim(left, right)
-        _label_decades(ax)
+        label_decades(ax)
         ax.set_xlabel("frequency [Hz]")
-        squared = f"({unit})²" if "/" in unit else f"{unit}²" if unit else "1"
-        ax.set_ylabel(f"PSD [{squared}/Hz]")
+        ax.set_ylabel(f"PSD [{squared_unit(unit)}/Hz]")
 
     return f"spectrum-{channel}", f"Spectrum of {channel}: {LINES_TEXT}", draw
 
 
-def _label_decades(ax: Axes) -> None:
-    """Label frequencies as 1, 2, 5, 10 and densities at few decades, without mathematical markup."""
+def squared_unit(unit: str) -> str:
+    """Return the unit of a square.
+
+    >>> squared_unit("m/s²"), squared_unit("mm"), squared_unit("")
+    ('(m/s²)²', 'mm²', '1')
+    """
+    return f"({unit})²" if "/" in unit else f"{unit}²" if unit else "1"
+
+
+def label_decades(ax: Axes) -> None:
+    """Label frequencies, and densities at few decades, without mathematical markup."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
+    label_frequencies(ax)
     digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    ax.yaxis.set_major_locator(LogLocator(numticks=5))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda x, _: "10" + f"{round(np.log10(x))}".translate(digits)))
+    ax.yaxis.set_minor_locator(NullLocator())
+
+
+def label_frequencies(ax: Axes) -> None:
+    """Label a logarithmic axis of frequencies as 1, 2, 5, 10."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
     left, right = ax.get_xlim()
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if right < 1e4 * left else (1.0,), numticks=16))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    ax.yaxis.set_major_locator(LogLocator(numticks=5))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda x, _: "10" + f"{round(np.log10(x))}".translate(digits)))
     ax.xaxis.set_minor_locator(NullLocator())  # ticks dominate the time of a figure
-    ax.yaxis.set_minor_locator(NullLocator())
