@@ -96,7 +96,7 @@ def test_no_figure_refers_to_another_file(reader: Reader) -> None:
 
 def test_the_header_states_origin_runs_channels_and_what_to_inspect(html: str) -> None:
     header = html.split('<div class="facts">')[1].split("</div>")[0]
-    text = " ".join(Reader(header).text.split())
+    text = " ".join(Reader(header.replace("<dd>", " <dd>")).text.split())
     assert "simulated runs: nothing was measured" in text
     assert re.search(r"estimation runs 1 run, 15\.0 s, .* at 3\d.* m/s", text)
     assert "channels 8: e1, e2" in text and "inspect clearance in the lateral primary suspension" in text
