@@ -69,11 +69,9 @@ def compared(fresh: dict[tuple[str, int], FloatArray], seeds: Sequence[int]) -> 
         difference = best["identified"].mean() - best["nominal"].mean()
         error = np.sqrt(sum(np.var(b, ddof=1) / len(b) for b in best.values()))
         cells = [f"{b.mean():.2f} ± {b.std(ddof=1):.2f}" for b in best.values()]
-        yield [
-            f"{level:.4f}" if np.isfinite(level) else "any on the fronts",
-            *cells,
-            f"{difference:+.2f} ± {error:.2f}".replace("-", "−"),
-        ]
+        largest = max(float(x[np.argmax(x[:, 1]), 0]) for x in means.values())  # acceleration of the largest margin
+        label = f"{level:.4f}" if np.isfinite(level) else f"any, up to {largest:.4f}"
+        yield [label, *cells, f"{difference:+.2f} ± {error:.2f}".replace("-", "−")]
 
 
 def report(study: Study, fronts: dict[tuple[str, int], FloatArray], seeds: Sequence[int]) -> str:
@@ -112,7 +110,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("campaign", nargs="?", type=Path, default=CAMPAIGN)
     parser.add_argument("--output", type=Path, default=HOME / "railui-study/purpose")
-    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--write", type=Path, help="page whose results are written anew")
     args = parser.parse_args()
     looped = args.output / "loop"

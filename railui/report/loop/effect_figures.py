@@ -108,7 +108,7 @@ def _evidence_note(evidence: LawEvidence) -> str:
     """Return the legend of the band and of the points."""
     band = "" if evidence.half_width is None else "Blue area: 95 % band of the law, from the covariance. "
     if not len(evidence.motion):
-        return band.rstrip()
+        return f"{band}No nonparametric estimate: the runs do not determine a free force curve here."
     return (
         f"{band}Dots: nonparametric estimate, a free force curve fitted to the estimation runs in place of the effect, "
         "with 95 % intervals; all other parameters as identified."

@@ -14,7 +14,7 @@ from railui.campaign.segment import Segment
 from railui.dsp.spectra import periodogram, welch
 from railui.identification.result import LoopResult
 from railui.report.figures.drawing import BLUE, ORANGE, Drawing, Picture, axis_label, draw_picture, draw_pictures
-from railui.report.loop.wording import MODEL_LABELS, MODELS
+from railui.report.loop.wording import shown_models
 from railui.report.numbers import display_scale
 from railui.runs.columns import columns_of
 
@@ -44,9 +44,9 @@ def error_bars(report: Mapping[str, Any]) -> Picture:
     channels = _error_channels(report)
     longest = max(map(len, channels))
     is_slanted = _is_slanted(channels)
-    alt = f"Bars of the error of every channel: {', '.join(MODEL_LABELS[model] for model in MODELS)}"
+    alt = f"Bars of the error of every channel: {', '.join(shown_models(report).values())}"
     below = 0.25 + (0.045 * longest if is_slanted else 0.0)
-    size = (7.2 if len(channels) > 4 else 5.0, 2.25 + below)
+    size = (7.2 if len(channels) > 4 else 6.2, 2.25 + below)
     return draw_picture("errors", alt, size, lambda ax: draw_error_bars(ax, report), bottom=below)
 
 
@@ -67,13 +67,14 @@ def draw_error_bars(ax: Axes, report: Mapping[str, Any]) -> None:
         value: float | None = report[model]["nrmse"] if channel == "all" else report[model]["channels"].get(channel)
         return value
 
-    for i, model in enumerate(MODELS):
+    models = shown_models(report)
+    for i, (model, label) in enumerate(models.items()):
         heights = [error(model, channel) for channel in channels]
-        x = np.arange(len(channels)) + 0.2 * (i - 1.5)
+        x = np.arange(len(channels)) + 0.2 * (i - 0.5 * (len(models) - 1))
         style: dict[str, Any] = {"color": COLOURS[model], "edgecolor": "none", "linewidth": 0.6}
         if model == "floor":
             style |= {"hatch": "////", "edgecolor": "#555555"}
-        ax.bar(x, [height or 0.0 for height in heights], 0.19, label=MODEL_LABELS[model], **style)
+        ax.bar(x, [height or 0.0 for height in heights], 0.19, label=label, **style)
         for position, height in zip(x, heights, strict=True):
             if height is None:
                 ax.text(position, 0.0, " diverged", rotation=90, ha="center", va="bottom", fontsize=7)

@@ -33,8 +33,13 @@ def header_rows(result: LoopResult, report: Report) -> list[tuple[str, str]]:
         *_runs(dataset.segments),
         ("channels", _channels(dataset.segments)),
         ("verdict", _verdict(report)),
-        ("inspect", "; ".join(inspection_lines(report, result.nominal.design.structure))),
+        ("inspect", _numbered(inspection_lines(report, result.nominal.design.structure))),
     ]
+
+
+def _numbered(lines: Sequence[str]) -> str:
+    """Return lines as one text, numbered where there are several."""
+    return lines[0] if len(lines) == 1 else "; ".join(f"({i}) {line}" for i, line in enumerate(lines, 1))
 
 
 def _runs(segments: Sequence[Segment]) -> list[tuple[str, str]]:

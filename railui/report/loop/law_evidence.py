@@ -19,6 +19,7 @@ MAX_SAMPLES = 100_000  # of a segment, beyond which no band is computed
 POINTS = 25  # of the nonparametric estimate
 TAIL_SHARE = 0.005  # of the samples at either end of the motion, beyond its outermost points
 MIN_SAMPLES_PER_POINT = 20
+MAX_ERROR_SHARE = 0.5  # of the range of the law, of the median error of the points that are shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +121,10 @@ def _points(
     total = -found.force + start[POINTS // 2] + replaced + others
     counts = np.histogram(x, bins=np.append(grid - 0.5 * (grid[1] - grid[0]), np.inf))[0]
     used = (counts >= MIN_SAMPLES_PER_POINT) & np.isfinite(total)
-    return grid[used], total[used], CONFIDENCE_FACTOR * found.sd[used]
+    error = CONFIDENCE_FACTOR * found.sd[used]
+    if not np.any(used) or np.median(error) > MAX_ERROR_SHARE * np.ptp(force):
+        return nothing  # the data do not determine a free curve
+    return grid[used], total[used], error
 
 
 def _means_at(grid: FloatArray, x: FloatArray, y: FloatArray) -> FloatArray:

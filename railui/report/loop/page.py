@@ -36,7 +36,7 @@ from railui.report.loop.phases import segment_text
 from railui.report.loop.residual_rows import residual_rows
 from railui.report.loop.summary import summary_lines
 from railui.report.loop.uncertainty import correlated_lines, correlation_table
-from railui.report.loop.wording import MODEL_LABELS, MODELS, VERDICT_LABELS, effect_title
+from railui.report.loop.wording import MODEL_LABELS, MODELS, VERDICT_LABELS, effect_title, shown_models
 from railui.report.numbers import DASH, format_number
 from railui.report.schematic.subjects import schematic_of_report
 from railui.report.templates import render_template
@@ -73,7 +73,7 @@ def _contents(result: LoopResult, report: Report) -> Row:
     is_diverged = not {"before", "after"} & set(shown)
     return {
         "report": report,
-        "labels": MODEL_LABELS,
+        "labels": MODEL_LABELS | shown_models(report),
         "header": header_rows(result, report),
         "summary": summary_lines(report),
         "verdict": VERDICT_LABELS[report["verdict"]],
