@@ -14,6 +14,7 @@ import effects  # noqa: E402
 import file_list  # noqa: E402
 import formats  # noqa: E402
 import front  # noqa: E402
+import notebooks  # noqa: E402
 import settings  # noqa: E402
 import validation  # noqa: E402
 
@@ -26,6 +27,7 @@ PAGES = {
     "reference/api.md": api.page,
     "reference/code.md": file_list.page,
     "validation.md": validation.page,
+    "notebooks.md": notebooks.page,
 }
 
 for name, page in PAGES.items():
