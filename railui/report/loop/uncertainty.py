@@ -20,7 +20,7 @@ def interval_text(value: float | None, sd: float | None) -> str:
     """Return a 95 % interval with the digits that the standard deviation supports.
 
     >>> interval_text(0.4452, 0.003), interval_text(30072.0, 280.0), interval_text(1.0, None)
-    ('0.439 to 0.451', '29520 to 30620', '–')
+    ('0.439 to 0.451', '29500 to 30600', '–')
     """
     if value is None or not sd or not np.isfinite(sd):
         return DASH
