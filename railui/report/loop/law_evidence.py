@@ -9,8 +9,9 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
+from railui.identification.component_force import elements_at_port, restoring_force
 from railui.identification.unmodelled.nonparametric import estimate_force_points
-from railui.report.loop.force_evaluation import EvaluationWindow, elements_at_port, restoring_force
+from railui.report.loop.force_evaluation import EvaluationWindow
 from railui.vehicle.model import Model
 
 DRAWS, SEED = 40, 5  # of the estimated parameters
