@@ -13,7 +13,7 @@
 # emulated: the kernel's tests on an emulated processor with AVX-512;
 # growth: cost against length, designs, degrees of freedom, threads and effects;
 # sensors: what sets of sensors determine and detect, and the delay and noise that they bear;
-# purpose: optima of the nominal and of the calibrated vehicle compared;
+# purpose: Pareto fronts of the nominal and of the calibrated vehicle compared, over several seeds;
 # fuzz: other examples of the properties of readers, mutated files and command lines, damaged frames, forged streams;
 # pictures: the figures of README and docs/vehicles.md, from the results of run and of the loop on the bundled coach
 PYTHON ?= python3
@@ -153,7 +153,7 @@ blind-coaches: .stamp-build
 	$(BIN)/python -m tests.blind.coaches --seed 60000
 
 purpose: .stamp-build
-	@$(BIN)/python -m tests.bench.purpose
+	@$(BIN)/python -m tests.bench.purpose --write docs/studies.md
 
 # the pip outside installs the one that the lock names, since ensurepip may be missing; maturin must be on the path
 .stamp-venv: requirements/build.txt

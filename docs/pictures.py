@@ -30,4 +30,5 @@ def schematic(name: str) -> bytes:
 
 if __name__ == "__main__":
     (DOCS / "before_after.svg").write_bytes(error_bars(report_of("worn_axle_box")).svg)
+    (DOCS / "worn_axle_box.svg").write_bytes(schematic("worn_axle_box"))
     (DOCS / "worn_centre_guide.svg").write_bytes(schematic("worn_centre_guide"))

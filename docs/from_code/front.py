@@ -10,4 +10,4 @@ def page() -> str:
     """Return README.md with links to the pages of the site; files outside the site become plain names."""
     text = (ROOT / "README.md").read_text()
     text = text.replace("](docs/", "](")
-    return re.sub(r"\[([^\]]+)\]\((LICENSE|CHANGELOG\.md|CONTRIBUTING\.md)\)", r"`\1`", text)
+    return re.sub(r"\[([^\]]+)\]\((LICENSE|CHANGELOG\.md|CONTRIBUTING\.md|CITATION\.cff)\)", r"`\1`", text)

@@ -72,6 +72,8 @@ class Campaign:
         Declared sensors of a vehicle of bodies, as the file has them.
     prior
         Estimates of an earlier campaign, from which the estimation starts.
+    origin
+        "measured" or "simulated" runs; None if the file does not state it.
     """
 
     name: str
@@ -94,6 +96,7 @@ class Campaign:
     corrections: Corrections = field(default_factory=Corrections)
     channels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     prior: Prior | None = None
+    origin: str | None = None
 
     @property
     def min_gain(self) -> float:
@@ -147,6 +150,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         warnings=(*findings.warnings(), *design.warnings),
         corrections=corrections,
         channels=data.get("channels") or {},
+        origin=model.data,
         **comparison_options(model, is_rig=kind in RIG_FORMS),
     )
 

@@ -25,6 +25,7 @@ from railui.io.fields import (
 from railui.io.units import UnitError, quantity
 
 ROLES = ("adjust", "validate", "test")  # estimation, validation, test
+ORIGINS = ("measured", "simulated")  # of the runs
 
 
 def read_cut(value: Any) -> tuple[float, float]:
@@ -157,3 +158,6 @@ class CampaignModel(MeasurementModel):
         json_schema_extra={"sample": "runs: [{file: run_a.csv.gz, role: adjust}]"}
     )
     sensors: Annotated[Any, SENSORS] = Field(default_factory=list)
+    data: Annotated[str, choice_reader(ORIGINS)] | None = Field(
+        default=None, title="origin of the runs, which the report states"
+    )

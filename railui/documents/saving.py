@@ -125,6 +125,8 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     writer = YamlWriter()
     writer.entry("schema", schema_name("campaign"))
     writer.entry("name", campaign.name)
+    if campaign.origin is not None:
+        writer.entry("data", campaign.origin)
     design_file = vehicle if vehicle is not None else campaign.design.source
     if design_file is not None:
         writer.entry("vehicle", relative_path(design_file, directory))

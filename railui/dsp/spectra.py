@@ -13,6 +13,7 @@ from railui.arrays import ComplexArray, FloatArray
 
 Trend = Literal["mean", "line"]
 Lines = TypeVar("Lines", FloatArray, ComplexArray)
+MIN_INPUT_SIZE = 1e-5  # of the inputs at a frequency over the largest singular value: less is no input of its own
 
 
 def detrend(x: FloatArray) -> FloatArray:
@@ -102,6 +103,45 @@ def coherence(x: FloatArray, y: FloatArray, rate: float, n: int) -> tuple[FloatA
     """
     f, cross = csd(x, y, rate, n)
     return f, np.abs(cross) ** 2 / welch(x, rate, n)[1] / welch(y, rate, n)[1]
+
+
+def multiple_coherence(inputs: FloatArray, x: FloatArray, rate: float, n: int) -> tuple[FloatArray, FloatArray]:
+    """Estimate the share of the power of a series [k] that is coherent with several inputs [input, k].
+
+    What inputs explain by chance is subtracted: 1 - (1 - c) K/(K - p) with K segments and p inputs. Segments and
+    windows as in `csd`.
+
+    Returns
+    -------
+    tuple of FloatArray, FloatArray
+        Frequencies in the unit of `rate`, and the coherence, 0 to 1; not a number with fewer segments than inputs.
+
+    References
+    ----------
+    Bendat, Piersol, Random Data, 4th ed., 7.3 and 9.3.
+
+    >>> x = np.sin(np.arange(400.0) ** 1.5), np.cos(np.arange(400.0) ** 1.3)
+    >>> multiple_coherence(np.array(x), x[0] - 2.0 * x[1], 1.0, 40)[1][1:-1].round(6).min().item()
+    1.0
+    """
+    n = min(n, len(x))
+    window = hann(n)
+
+    def transforms(z: FloatArray) -> ComplexArray:
+        segments = np.lib.stride_tricks.sliding_window_view(z, n, axis=-1)[..., :: n - n // 2, :]
+        return np.asarray(np.fft.rfft((segments - segments.mean(axis=-1, keepdims=True)) * window))
+
+    series, lines = transforms(x), transforms(inputs)
+    f, count, averages = np.asarray(np.fft.rfftfreq(n, 1.0 / rate)), len(inputs), len(series)
+    if averages <= count:
+        return f, np.full(len(f), np.nan)
+    by_frequency = lines.transpose(2, 1, 0)
+    scale = np.sqrt(np.sum(np.abs(by_frequency) ** 2, axis=1, keepdims=True)) + 1e-300
+    basis, size, _ = np.linalg.svd(by_frequency / scale, full_matrices=False)
+    projected = np.abs(np.einsum("fkp,kf->fp", basis.conj(), series)) ** 2
+    explained = np.sum(projected * (size > MIN_INPUT_SIZE * size[:, :1]), axis=1)
+    share = explained / (np.sum(np.abs(series) ** 2, axis=0) + 1e-300)
+    return f, np.clip(1.0 - (1.0 - share) * averages / (averages - count), 0.0, 1.0)
 
 
 def periodogram(x: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:

@@ -12,8 +12,13 @@ STYLE_SHEET = TEMPLATES / "page.css"
 
 def render_template(template: str, contents: Mapping[str, Any]) -> str:
     """Render a template of this folder; its variable `style` is the style sheet."""
-    from jinja2 import Environment, StrictUndefined
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    source = (TEMPLATES / template).read_text("utf-8")
-    return environment.from_string(source).render({**contents, "style": STYLE_SHEET.read_text("utf-8")})
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES, encoding="utf-8"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render({**contents, "style": STYLE_SHEET.read_text("utf-8")})

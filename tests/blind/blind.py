@@ -1,6 +1,6 @@
 """Blind trial of the loop on simulated campaigns: detections, misses, false alarms, intervals and detection limits.
 
-python -m tests.blind.blind --loops 150 --seed 20000 -o trial.csv --resume --write docs/blind.md
+python -m tests.blind.blind --loops 150 --seed 20000 -o trial.csv --resume --write docs/blind_trials.md
 """
 
 from __future__ import annotations

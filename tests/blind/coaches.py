@@ -1,6 +1,6 @@
 """Blind trial of the loop on simulated campaigns of a coach of bodies: 30 by chance from a seed.
 
-python -m tests.blind.coaches --seed 50000 -o coaches.csv --resume --write docs/blind.md
+python -m tests.blind.coaches --seed 50000 -o coaches.csv --resume --write docs/blind_trials.md
 """
 
 from __future__ import annotations

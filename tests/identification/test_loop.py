@@ -39,6 +39,8 @@ READER_KEYS = {
     "windows",
     "pairs",
     "inputs",
+    "date",
+    "data",
     "sentence",
     "simulations",
     "notes",

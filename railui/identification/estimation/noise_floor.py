@@ -51,7 +51,7 @@ class NoiseFloor:
     source: str = "stated"
 
 
-class _SimulatedTruth:
+class SimulatedTruth:
     """A model taken as true on a segment, for noise realisations of its measurement and its prediction."""
 
     def __init__(self, context: Context, model: Model, segment: Segment, index: int) -> None:
@@ -89,7 +89,7 @@ def estimate_noise_floor(
     both: list[list[Comparison]] = [[] for _ in range(draws)]
     sensors: list[list[Comparison]] = [[] for _ in range(draws)]
     for index, segment in enumerate(segments):
-        truth = _SimulatedTruth(context, model, segment, index)
+        truth = SimulatedTruth(context, model, segment, index)
         names = tuple(truth.channels)
         for seed, (measured, simulated) in enumerate(map_threads(truth.draw, range(draws), context.jobs)):
             both[seed].append(Comparison(names, measured, simulated, segment.dt))

@@ -112,7 +112,7 @@ class _ChannelSums:
 def _segment_sums(context: Context, prediction: Prediction) -> dict[str, _ChannelSums]:
     comparison, segment = prediction.comparison, prediction.segment
     residuals = comparison.measured - comparison.simulated
-    track = _track_inputs(context, segment)
+    track = track_inputs(context, segment)
     motions = comparison_filter(context.campaign, segment, prediction.series)
     band = context.campaign.band
     limits = (0.0, np.inf) if band is None else (band[0], upper_band_limit(band, 1.0 / segment.dt))
@@ -127,7 +127,7 @@ def _segment_sums(context: Context, prediction: Prediction) -> dict[str, _Channe
     }
 
 
-def _track_inputs(context: Context, segment: Segment) -> FloatArray:
+def track_inputs(context: Context, segment: Segment) -> FloatArray:
     """Filtered track columns under all wheelsets [input, n], or the input of a rig; those that are zero left out."""
     columns = segment.columns
     n = segment.samples - 2 * cut_samples(context.campaign, segment)

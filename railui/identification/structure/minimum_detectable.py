@@ -11,7 +11,8 @@ from railui import core
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.gain_forecast import PredictedGain, PredictedGains
 from railui.identification.structure.score_test import POWER, ScoreTestResult
-from railui.vehicle.effects import parameter_unit
+from railui.vehicle.design import Design
+from railui.vehicle.effects import parameter_unit, range_at
 
 NOMINAL_POWER = 0.9
 GAIN_MARGIN = 1.4  # on the estimation runs, whose gain is not that of the validation runs
@@ -85,6 +86,18 @@ def minimum_detectable_effects(
         return minimum_detectable_amount(score, test, min_relative_gain, nrmse, predicted_gains)
 
     return detectable_rows(test.results, amount)
+
+
+def without_unphysical_sizes(rows: Sequence[Mapping[str, Any]], design: Design) -> list[dict[str, Any]]:
+    """Return rows whose value is None where it exceeds the range of the catalogue: no such effect is detectable."""
+    values = design.values_with_sites
+    limited = []
+    for row in rows:
+        parameter = next(p for p in core.effect_record(row["kind"])["parameters"] if p["key"] == row["parameter"])
+        _, high = range_at(parameter, row["at"], values)
+        is_beyond = row["value"] is not None and abs(row["value"]) > high
+        limited.append({**row, "value": None, "with": {}} if is_beyond else dict(row))
+    return limited
 
 
 def detectable_rows(results: Sequence[Score], amount: Callable[[Score], float]) -> list[dict[str, Any]]:

@@ -111,8 +111,8 @@ def draw_pictures(
 
 
 def _clear(ax: Axes) -> None:
-    """Remove the curves and areas of axes; reset limits and colour cycle."""
-    for artist in (*ax.lines, *ax.patches):
+    """Remove curves, areas and texts of axes; reset limits and colour cycle."""
+    for artist in (*ax.lines, *ax.patches, *ax.collections, *ax.texts):
         artist.remove()
     ax.set_prop_cycle(None)
     ax.relim()

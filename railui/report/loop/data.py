@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.validation import Validation
 from railui.identification.loop import close_loop, indistinguishable_kinds
 from railui.identification.result import IndependentTest, LoopResult
-from railui.identification.structure.minimum_detectable import minimum_detectable_effects
+from railui.identification.structure.minimum_detectable import minimum_detectable_effects, without_unphysical_sizes
 from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.planning.rivals import rival_records
@@ -122,6 +123,8 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         "seconds": result.seconds,
         "out_of_time": result.is_out_of_time,
         "campaign": campaign.name,
+        "date": date.today().isoformat(),
+        "data": campaign.origin,
         "runs": run_rows(result.dataset),
         "declared": _errors(validations["declared"]),
         "before": _errors(validations["before"])
@@ -149,8 +152,11 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         "classes": [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))],
         "ranking": rank_candidates(result),
         "traces": significant_below_threshold(result),
-        "detectable": minimum_detectable_effects(
-            result.score_test, campaign.min_relative_gain, validations["after"].nrmse, result.predicted_gains
+        "detectable": without_unphysical_sizes(
+            minimum_detectable_effects(
+                result.score_test, campaign.min_relative_gain, validations["after"].nrmse, result.predicted_gains
+            ),
+            result.nominal.design,
         ),
         "means": mean_errors(result),
         "conditions": condition_rows(result),

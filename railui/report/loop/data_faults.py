@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -132,6 +133,8 @@ def data_fault_report(checked: CheckedData, seed: int = 0) -> dict[str, Any]:
         "seconds": checked.seconds,
         "out_of_time": False,
         "campaign": campaign.name,
+        "date": date.today().isoformat(),
+        "data": campaign.origin,
         "runs": run_rows(checked.dataset),
         "declared": dict(NO_ERRORS),
         "before": {**NO_ERRORS, "constrained": False, "failed": False},

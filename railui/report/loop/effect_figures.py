@@ -33,6 +33,7 @@ from railui.report.loop.force_pictures import (
     gauge_picture,
     suspension_picture,
 )
+from railui.report.loop.law_evidence import LawEvidence, effect_force, law_evidence
 from railui.report.loop.wording import effect_title, location_text
 from railui.report.numbers import display_scale
 from railui.vehicle.effects import PlacedEffect, unit_at
@@ -82,23 +83,36 @@ def _effect_figure(evaluation: EvaluationWindow, effect: PlacedEffect, name: str
 def _suspension(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
     """Draw the total force at the location against displacement, and that of the effect against its main motion."""
     at, (w, z) = effect.at, most_active_port(evaluation, effect.at, effect.wheelset)
-    _, k, c, _ = elements_at_port(evaluation.model, at, w)
-    dt, settled = evaluation.segment.dt, evaluation.settled
+    settled = evaluation.settled
     curves, v = total_force(evaluation, at, w, z)
-    superseded = str(core.effect_record(effect.kind)["supersedes"] or "")
-    effect_force = restoring_force(z, dt, [effect], k, c)[0] - restoring_force(z, dt, [], k, c)[0]
-    effect_force = effect_force + ("stiffness" in superseded) * k * z + ("damping" in superseded) * c * v
-    by_speed, by_displacement = (explained_variance(x[settled], effect_force[settled]) for x in (v, z))
+    index = evaluation.model.design.effects.index(effect)
+    own = effect_force(evaluation.model, index, w, z, v, evaluation.segment.dt)
+    by_speed, by_displacement = (explained_variance(x[settled], own[settled]) for x in (v, z))
     main_motion = ("v", v) if by_speed > by_displacement else ("z", z)
     heading = total_force_title(evaluation, at, w)
-    note = "Force that resists the motion, over the motion of the validation run."
-    is_only_element = np.std(effect_force - curves["after"]) < MIN_RELATIVE_DIFFERENCE * np.std(effect_force)
+    is_only_element = np.std(own - curves["after"]) < MIN_RELATIVE_DIFFERENCE * np.std(own)
+    rest = curves["after"] - own if is_only_element else np.zeros_like(own)
+    evidence = law_evidence(evaluation, index, w, z, v, main_motion[0], rest)
+    note = f"Force that resists the motion, over the motion of the validation run. {_evidence_note(evidence)}".strip()
     if is_only_element:
-        picture = suspension_picture(evaluation, f"{name}-whole", heading, curves, main_motion, at)
+        picture = suspension_picture(evaluation, f"{name}-whole", heading, curves, main_motion, at, evidence)
         return EffectFigure(title, (picture,), note)
     total = suspension_picture(evaluation, f"{name}-whole", heading, curves, ("z", z), at)
-    single = suspension_picture(evaluation, f"{name}-own", "the effect alone", {"after": effect_force}, main_motion, at)
+    single = suspension_picture(
+        evaluation, f"{name}-own", "the effect alone", {"after": own}, main_motion, at, evidence
+    )
     return EffectFigure(title, (total, single), note)
+
+
+def _evidence_note(evidence: LawEvidence) -> str:
+    """Return the legend of the band and of the points."""
+    band = "" if evidence.half_width is None else "Blue area: 95 % band of the law, from the covariance. "
+    if not len(evidence.motion):
+        return f"{band}No nonparametric estimate: the runs do not determine a free force curve here."
+    return (
+        f"{band}Dots: nonparametric estimate, a free force curve fitted to the estimation runs in place of the effect, "
+        "with 95 % intervals; all other parameters as identified."
+    )
 
 
 def _contact(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:

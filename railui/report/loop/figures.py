@@ -14,7 +14,7 @@ from railui.campaign.segment import Segment
 from railui.dsp.spectra import periodogram, welch
 from railui.identification.result import LoopResult
 from railui.report.figures.drawing import BLUE, ORANGE, Drawing, Picture, axis_label, draw_picture, draw_pictures
-from railui.report.loop.wording import MODEL_LABELS, MODELS
+from railui.report.loop.wording import shown_models
 from railui.report.numbers import display_scale
 from railui.runs.columns import columns_of
 
@@ -44,9 +44,9 @@ def error_bars(report: Mapping[str, Any]) -> Picture:
     channels = _error_channels(report)
     longest = max(map(len, channels))
     is_slanted = _is_slanted(channels)
-    alt = f"Bars of the error of every channel: {', '.join(MODEL_LABELS[model] for model in MODELS)}"
+    alt = f"Bars of the error of every channel: {', '.join(shown_models(report).values())}"
     below = 0.25 + (0.045 * longest if is_slanted else 0.0)
-    size = (7.2 if len(channels) > 4 else 5.0, 2.25 + below)
+    size = (7.2 if len(channels) > 4 else 6.2, 2.25 + below)
     return draw_picture("errors", alt, size, lambda ax: draw_error_bars(ax, report), bottom=below)
 
 
@@ -67,13 +67,14 @@ def draw_error_bars(ax: Axes, report: Mapping[str, Any]) -> None:
         value: float | None = report[model]["nrmse"] if channel == "all" else report[model]["channels"].get(channel)
         return value
 
-    for i, model in enumerate(MODELS):
+    models = shown_models(report)
+    for i, (model, label) in enumerate(models.items()):
         heights = [error(model, channel) for channel in channels]
-        x = np.arange(len(channels)) + 0.2 * (i - 1.5)
+        x = np.arange(len(channels)) + 0.2 * (i - 0.5 * (len(models) - 1))
         style: dict[str, Any] = {"color": COLOURS[model], "edgecolor": "none", "linewidth": 0.6}
         if model == "floor":
             style |= {"hatch": "////", "edgecolor": "#555555"}
-        ax.bar(x, [height or 0.0 for height in heights], 0.19, label=MODEL_LABELS[model], **style)
+        ax.bar(x, [height or 0.0 for height in heights], 0.19, label=label, **style)
         for position, height in zip(x, heights, strict=True):
             if height is None:
                 ax.text(position, 0.0, " diverged", rotation=90, ha="center", va="bottom", fontsize=7)
@@ -139,8 +140,16 @@ def _best_window(result: LoopResult, index: int, segment: Segment) -> tuple[floa
     width = max(2, min(measured.shape[1], round(_window_seconds(segment) / segment.dt)))
     cumulated = np.cumsum(np.concatenate([[0.0], gain]))
     gains = cumulated[width:] - cumulated[:-width]
-    begin = int(np.argmax(gains))
+    first = _first_predicted(result, segment, len(gains))
+    begin = first + int(np.argmax(gains[first:]))
     return float(gains[begin]), Window(index, segment, begin, begin + width)
+
+
+def _first_predicted(result: LoopResult, segment: Segment, positions: int) -> int:
+    """Return the first compared sample after those on which the initial state was estimated, where enough follow."""
+    estimated = round(result.context.settings.initial_state.initial_state_duration / segment.dt)
+    first = max(estimated - cut_samples(result.dataset.campaign, segment), 0)
+    return first if not segment.is_rig and first < positions // 2 else 0
 
 
 def _window_seconds(segment: Segment) -> float:
@@ -217,23 +226,38 @@ def spectrum_drawing(result: LoopResult, window: Window, series: Mapping[str, Fl
         for span in ((left, band[0]), (band[1], right)) if band else ():
             ax.axvspan(*span, color="#f1f1f1", lw=0, zorder=0)
         ax.set_xlim(left, right)
-        _label_decades(ax)
+        label_decades(ax)
         ax.set_xlabel("frequency [Hz]")
-        squared = f"({unit})²" if "/" in unit else f"{unit}²" if unit else "1"
-        ax.set_ylabel(f"PSD [{squared}/Hz]")
+        ax.set_ylabel(f"PSD [{squared_unit(unit)}/Hz]")
 
     return f"spectrum-{channel}", f"Spectrum of {channel}: {LINES_TEXT}", draw
 
 
-def _label_decades(ax: Axes) -> None:
-    """Label frequencies as 1, 2, 5, 10 and densities at few decades, without mathematical markup."""
+def squared_unit(unit: str) -> str:
+    """Return the unit of a square.
+
+    >>> squared_unit("m/s²"), squared_unit("mm"), squared_unit("")
+    ('(m/s²)²', 'mm²', '1')
+    """
+    return f"({unit})²" if "/" in unit else f"{unit}²" if unit else "1"
+
+
+def label_decades(ax: Axes) -> None:
+    """Label frequencies, and densities at few decades, without mathematical markup."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
+    label_frequencies(ax)
     digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    ax.yaxis.set_major_locator(LogLocator(numticks=5))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda x, _: "10" + f"{round(np.log10(x))}".translate(digits)))
+    ax.yaxis.set_minor_locator(NullLocator())
+
+
+def label_frequencies(ax: Axes) -> None:
+    """Label a logarithmic axis of frequencies as 1, 2, 5, 10."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
     left, right = ax.get_xlim()
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if right < 1e4 * left else (1.0,), numticks=16))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    ax.yaxis.set_major_locator(LogLocator(numticks=5))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda x, _: "10" + f"{round(np.log10(x))}".translate(digits)))
     ax.xaxis.set_minor_locator(NullLocator())  # ticks dominate the time of a figure
-    ax.yaxis.set_minor_locator(NullLocator())

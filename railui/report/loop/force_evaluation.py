@@ -37,6 +37,7 @@ class EvaluationWindow:
     piece: slice
     settled: slice
     units: Mapping[str, str]
+    result: LoopResult
 
     @classmethod
     def of(cls, result: LoopResult, model: Model, window: Window) -> EvaluationWindow:
@@ -46,7 +47,8 @@ class EvaluationWindow:
         model = estimate_phases(result.context, model, segment)
         start = estimate_initial_state(result.context, model, segment)
         settled = slice(cut, segment.samples - cut)
-        return cls(model, result.before.model, segment, start, window.rows(cut), settled, units_of(result, segment))
+        units = units_of(result, segment)
+        return cls(model, result.before.model, segment, start, window.rows(cut), settled, units, result)
 
     def unit(self, word: str, at: str) -> str:
         """Return the unit of z, v or F at a location; at a rig that of the run."""

@@ -4,23 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from railui.arrays import FloatArray
 from railui.report.figures.drawing import Picture, axis_label, draw_picture
-from railui.report.loop.figures import LINES, MAX_LINE_POINTS
+from railui.report.loop.figures import COLOURS, LINES, MAX_LINE_POINTS
 from railui.report.loop.force_evaluation import EvaluationWindow, explained_variance, force_word
 from railui.report.numbers import display_scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from railui.report.loop.law_evidence import LawEvidence
+
 Curves = Mapping[str, tuple[FloatArray, FloatArray]]  # before, after -> motion [n], force [n]
 MIN_EXPLAINED_VARIANCE = 0.98  # by the motion, from which a force is drawn as a curve and not as a path
 FIGURE_SIZE = (4.7, 3.0)  # inch
 MAX_DOTS = 1200
+BAND: dict[str, Any] = {"color": COLOURS["after"], "alpha": 0.22, "lw": 0}
+POINTS: dict[str, Any] = {"fmt": "o", "ms": 3.5, "color": "#222222", "elinewidth": 0.9, "capsize": 2, "zorder": 3}
 MOTION_LABELS = {"z": "displacement z", "v": "speed v", "e": "displacement e relative to the rails"}
 
 
@@ -41,17 +45,27 @@ def suspension_picture(
     forces: Mapping[str, FloatArray],
     motion: tuple[str, FloatArray],
     at: str,
+    evidence: LawEvidence | None = None,
 ) -> Picture:
     """Draw forces [n] against a motion at a location: z or v, with its values [n]."""
     curves = {model: (motion[1], force) for model, force in forces.items()}
     kind = (motion[0], evaluation.unit(motion[0], at))
-    return force_picture(evaluation, name, title, curves, kind, evaluation.unit("F", at))
+    return force_picture(evaluation, name, title, curves, kind, evaluation.unit("F", at), evidence)
 
 
 def force_picture(
-    evaluation: EvaluationWindow, name: str, title: str, curves: Curves, motion: tuple[str, str], unit: str
+    evaluation: EvaluationWindow,
+    name: str,
+    title: str,
+    curves: Curves,
+    motion: tuple[str, str],
+    unit: str,
+    evidence: LawEvidence | None = None,
 ) -> Picture:
-    """Draw force against motion (z, v or e, and its unit): curves where the motion determines the force, else paths."""
+    """Draw force against motion (z, v or e, and its unit): curves where the motion determines the force, else paths.
+
+    evidence: of the final model's force.
+    """
     label = MOTION_LABELS[motion[0]]
     settled = evaluation.settled
     is_function = {
@@ -69,7 +83,13 @@ def force_picture(
                 order = np.argsort(a)
                 order = order[:: max(1, len(order) // MAX_LINE_POINTS)]
                 a, b = a[order], b[order]
+                if model == "after" and evidence is not None and evidence.half_width is not None:
+                    half = evidence.half_width[shown][order]
+                    ax.fill_between(x_scale * a, y_scale * (b - half), y_scale * (b + half), **BAND)
             ax.plot(x_scale * a, y_scale * b, **LINES[model] | {"lw": 1.4})
+        if evidence is not None and len(evidence.motion):
+            points = x_scale * evidence.motion, y_scale * evidence.force, y_scale * evidence.error
+            ax.errorbar(points[0], points[1], yerr=points[2], **POINTS)
         draw_histogram(ax, x_scale * covered)
         ax.set_title(title)
         ax.set_xlabel(axis_label(label, x_unit))
@@ -109,3 +129,4 @@ def draw_histogram(ax: Axes, x: FloatArray) -> None:
     heights = 0.18 * counts / max(counts.max(), 1)
     centres = 0.5 * (edges[1:] + edges[:-1])
     ax.fill_between(centres, heights, color="#dddddd", lw=0, zorder=0, transform=ax.get_xaxis_transform())
+    ax.text(0.99, 0.01, "histogram", fontsize=7, color="#777777", ha="right", va="bottom", transform=ax.transAxes)

@@ -104,11 +104,24 @@ def _cell(prospect: Mapping[str, Any]) -> str:
     return "same motion" if prospect["equivalent"] else f"{100 * prospect['probability']:.0f} %"
 
 
+def _nothing_undecided(report: Mapping[str, Any]) -> str:
+    """Return what follows where no rival is undecided."""
+    if not report.get("rivals"):
+        return (
+            "No rival model was compared. Runs at other speeds, amplitudes or frequencies test the final model further."
+        )
+    return (
+        "No rival model is undecided at the 5 % level. A run at another speed or amplitude that decides nothing (role: "
+        "test) shows whether the final model predicts it."
+    )
+
+
 def next_run_table(report: Mapping[str, Any], structure: Structure | None = None) -> dict[str, Any]:
     """Return the table of the page: a column per undecided rival, a row per run."""
     rows = undecided_rows(report)
     chances = [{p["rival"]: _cell(p) for p in run["prospects"]} for run in report.get("next_runs", ())]
     return {
+        "note": _nothing_undecided(report),
         "rivals": [(rival_text(row, structure), f"{row['z']:.2f}") for row in rows],
         "runs": [
             {

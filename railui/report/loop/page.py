@@ -14,9 +14,11 @@ from railui.report.loop import figures
 from railui.report.loop.effect_figures import effect_figures
 from railui.report.loop.force_pictures import EffectFigure
 from railui.report.loop.groups import group_table
+from railui.report.loop.header import header_rows
 from railui.report.loop.next_run import next_run_table
 from railui.report.loop.noise import noise_table
 from railui.report.loop.notes import divergence_note
+from railui.report.loop.overview import overview_data
 from railui.report.loop.page_tables import (
     candidate_row,
     detectable_numbers,
@@ -31,8 +33,10 @@ from railui.report.loop.page_tables import (
     run_row,
 )
 from railui.report.loop.phases import segment_text
+from railui.report.loop.residual_rows import residual_rows
 from railui.report.loop.summary import summary_lines
-from railui.report.loop.wording import MODEL_LABELS, MODELS, VERDICT_LABELS, effect_title
+from railui.report.loop.uncertainty import correlated_lines, correlation_table
+from railui.report.loop.wording import MODEL_LABELS, MODELS, VERDICT_LABELS, effect_title, shown_models
 from railui.report.numbers import DASH, format_number
 from railui.report.schematic.subjects import schematic_of_report
 from railui.report.templates import render_template
@@ -47,6 +51,7 @@ NOISE_SOURCES = {
     "both": "estimated from the runs, with the stated noise as prior",
 }
 MAIN_CHANNELS = 4  # shown; the others are folded
+VIEWER = Path(__file__).with_name("viewer.js")
 
 
 def write_page(result: LoopResult, report: Report, path: str | Path) -> Path:
@@ -65,10 +70,11 @@ def _contents(result: LoopResult, report: Report) -> Row:
     is_rig, structure = result.nominal.design.kind == "rig", result.nominal.design.structure
     band = result.dataset.campaign.band
     shown = figures.raw_series(result, window.index)
+    is_diverged = not {"before", "after"} & set(shown)
     return {
         "report": report,
-        "labels": MODEL_LABELS,
-        "vehicle": result.nominal.design.name,
+        "labels": MODEL_LABELS | shown_models(report),
+        "header": header_rows(result, report),
         "summary": summary_lines(report),
         "verdict": VERDICT_LABELS[report["verdict"]],
         "errors": error_rows(report),
@@ -76,6 +82,12 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "effects": _effects(report, effect_figures(result, report, window)),
         "schematic": _schematic(result, report),
         "channels": _channels(result, window),
+        "residuals": residual_rows(result, window, MAIN_CHANNELS),
+        "runs_overview": [] if is_diverged else overview_data(result),
+        "viewer": VIEWER.read_text("utf-8"),
+        "correlations": correlation_table(result.after),
+        "correlated": correlated_lines(result.after, report["effects"]),
+        "ranking_draws": result.context.settings.values()["ranking_draws"],
         "main": MAIN_CHANNELS,
         "lines": [name for name in ("measured", "before", "after") if name in shown],
         "window": {

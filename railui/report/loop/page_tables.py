@@ -7,7 +7,8 @@ from typing import Any
 
 from railui import core
 from railui.identification.estimation.identifiability import COMBINED, DETERMINED, ROUGH, UNSEEN
-from railui.report.loop.wording import MODEL_LABELS, MODELS, ROLE_LABELS, effect_title, location_text
+from railui.report.loop.uncertainty import interval_text
+from railui.report.loop.wording import MODEL_LABELS, MODELS, ROLE_LABELS, effect_title, location_text, shown_models
 from railui.report.numbers import DASH, display_scale, format_number, format_percent_change, format_with_sd
 from railui.vehicle.multibody import Structure
 from railui.vehicle.parameters import PARAMETERS
@@ -50,16 +51,17 @@ def error_rows(report: Report) -> Row:
     channels = list(report["declared"]["channels"])
     floor = report["floor"]["nrmse"]
     decimals = _error_decimals(report)
-    has_effect = report["after"]["nrmse"] != report["before"]["nrmse"]
+    models = shown_models(report)
     rows = []
-    for model in MODELS:
+    for model, label in models.items():
         errors = report[model]
         nrmse = errors["nrmse"]
-        meaning = MEANING[model] + (", constrained to be stable" if errors.get("constrained") else "")
+        meaning = MEANING["before" if label == MODEL_LABELS["before"] else model]
+        meaning += ", constrained to be stable" if errors.get("constrained") else ""
         rows.append(
             {
-                "label": MODEL_LABELS[model],
-                "meaning": "no effect added" if model == "after" and not has_effect else meaning,
+                "label": label,
+                "meaning": meaning,
                 "all": f"{nrmse:.{decimals}f}" if nrmse is not None else "diverged",
                 "ratio": f"{nrmse / floor:.2f}" if nrmse is not None and floor else DASH,
                 "channels": [
@@ -136,6 +138,7 @@ def parameter_rows(report: Report) -> list[Row]:
                 "declared": format_number(_scaled(factor, p["declared"])),
                 "before": format_number(_scaled(factor, p["before"])),
                 "value": format_with_sd(_scaled(factor, p["value"]), _scaled(factor, p["sd"])),
+                "interval": interval_text(_scaled(factor, p["value"]), _scaled(factor, p["sd"])),
                 "profiles": format_number(_scaled(factor, from_profiles.get(path))),
                 "unit": unit,
                 "change": _change(p["value"], p["declared"], 0) if has_change else DASH,
@@ -187,7 +190,7 @@ def detectable_rows(report: Report, structure: Structure | None = None) -> list[
     by_parameter: dict[tuple[str, str, str], dict[int | None, str]] = {}
     for row in sorted(report["detectable"], key=lambda r: (order[r["kind"]], r["at"], r["parameter"])):
         factor, unit = display_scale(row["value"], row["unit"])
-        text = DASH if row["value"] is None else f"{format_number(factor * row['value'])} {unit}".strip()
+        text = "not detectable" if row["value"] is None else f"{format_number(factor * row['value'])} {unit}".strip()
         by_parameter.setdefault((row["kind"], row["at"], row["parameter"]), {})[row["wheelset"]] = text
     rows: list[Row] = []
     last_kind = ""

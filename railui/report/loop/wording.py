@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from railui import core
 from railui.identification.result import LoopResult
 from railui.vehicle.multibody import Structure
@@ -37,6 +40,13 @@ LOCATIONS = {
     "rig": "rig",
 }
 PER_WHEELSET = ("primary_lateral", "primary_yaw", "contact", "track", "wheelset_yaw")
+
+
+def shown_models(report: Mapping[str, Any]) -> dict[str, str]:
+    """Return the models of a report with their names; without an effect the calibrated model is the final one."""
+    if report["after"] == {key: report["before"].get(key) for key in report["after"]}:
+        return {"declared": "nominal", "after": "calibrated", "floor": "noise floor"}
+    return {model: MODEL_LABELS[model] for model in MODELS}
 
 
 def effect_title(kind: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,9 +17,12 @@ from railui.identification.structure.minimum_detectable import (
     minimum_detectable_amount,
     minimum_detectable_effects,
     value_of_unit_amount,
+    without_unphysical_sizes,
 )
 from railui.identification.structure.score_test import POWER, ScoreTestResult
+from railui.vehicle.design_reader import load_design
 
+ROOT = Path(__file__).parents[3]
 SPRING = Candidate("spring", "primary_lateral", None, ({"stiffness": 2e5}, {"stiffness": 8e5}))
 GAIN = Candidate("sensor_gain", "e1", None, ({"gain": 1.1},))
 PLAY = Candidate("free_play", "primary_lateral", 1, ({"half_width": 1e-4}, {"half_width": 1e-2}))
@@ -117,3 +121,14 @@ def test_an_effect_that_no_shape_makes_detectable_has_no_value() -> None:
 def test_an_amount_that_no_parameter_changes_is_unknown() -> None:
     assert value_of_unit_amount([*PLAY.shapes], [4.0, 4.0], "half_width") is None
     assert value_of_unit_amount([{"half_width": 1e-4}], [4.0], "half_width") is None
+
+
+def test_a_size_beyond_the_catalogue_is_not_detectable() -> None:
+    design = load_design(ROOT / "designs" / "test_bogie.yaml")
+    springs = [
+        {"kind": "spring", "at": "primary_lateral", "parameter": "stiffness", "value": value, "with": {"x": 1.0}}
+        for value in (5e8, 7e8, None)  # the catalogue ends at a hundred times the two springs of 3 MN/m
+    ]
+    kept, beyond, unknown = without_unphysical_sizes(springs, design)
+    assert kept == springs[0] and unknown["value"] is None
+    assert beyond["value"] is None and beyond["with"] == {}

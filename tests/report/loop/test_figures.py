@@ -11,12 +11,17 @@ import pytest
 from railui.report.loop import figures
 
 SAMPLES, DT = 4000, 0.01
+CUT = 200  # samples left out at either end
 
 
 def result(monkeypatch: pytest.MonkeyPatch, **series: np.ndarray) -> Any:
     """Return a loop result with one validation segment of 40 s and these compared series."""
     monkeypatch.setattr(figures, "compared_series", lambda _, index: {k: x[None] for k, x in series.items()})
-    return SimpleNamespace(dataset=SimpleNamespace(validation=[SimpleNamespace(is_rig=False, dt=DT)]))
+    segment = SimpleNamespace(is_rig=False, is_free=False, window_of=None, dt=DT, samples=SAMPLES + 2 * CUT)
+    campaign = SimpleNamespace(cut_length=lambda _: CUT * DT)
+    settings = SimpleNamespace(initial_state=SimpleNamespace(initial_state_duration=4.0))
+    dataset = SimpleNamespace(validation=[segment], campaign=campaign)
+    return SimpleNamespace(dataset=dataset, context=SimpleNamespace(settings=settings))
 
 
 def burst(begin: int, end: int) -> np.ndarray:
@@ -35,6 +40,11 @@ def test_without_an_effect_the_excerpt_has_the_largest_motion(monkeypatch: pytes
     measured = 0.1 * burst(0, SAMPLES) + burst(1000, 1500)
     window = figures.most_informative_window(result(monkeypatch, measured=measured))
     assert (window.begin, window.end) == (pytest.approx(1000, abs=3), pytest.approx(1500, abs=3))
+
+
+def test_the_excerpt_leaves_out_what_estimated_the_initial_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    window = figures.most_informative_window(result(monkeypatch, measured=burst(0, 250)))
+    assert (window.begin, window.end) == (200, 700)
 
 
 def test_many_long_names_of_channels_are_slanted() -> None:

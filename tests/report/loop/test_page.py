@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import json
+import re
 import shutil
 import subprocess
 import sys
@@ -68,7 +70,8 @@ def test_names_from_files_are_text_and_never_markup(html: str, reader: Reader) -
 
 def test_nothing_is_fetched_from_elsewhere(html: str, reader: Reader) -> None:
     assert reader.addresses and all(a.startswith("data:image/svg+xml;base64,") for a in reader.addresses)
-    assert not {"script", "link", "iframe", "object", "base"} & set(reader.tags)
+    assert not {"link", "iframe", "object", "base"} & set(reader.tags)
+    assert re.findall(r"<script[^>]*>", html) == ['<script type="application/json" id="viewer-data">', "<script>"]
     assert "http" not in html and "url(" not in html and "@import" not in html
 
 
@@ -89,6 +92,48 @@ def test_no_figure_refers_to_another_file(reader: Reader) -> None:
     for source in reader.pictures.values():
         svg = ElementTree.fromstring(base64.b64decode(source.split(",")[1]))
         assert all(e.attrib.get(link, "#").startswith(("#", "data:")) for e in svg.iter())
+
+
+def test_the_header_states_origin_runs_channels_and_what_to_inspect(html: str) -> None:
+    header = html.split('<div class="facts">')[1].split("</div>")[0]
+    text = " ".join(Reader(header.replace("<dd>", " <dd>")).text.split())
+    assert "simulated runs: nothing was measured" in text
+    assert re.search(r"estimation runs 1 run, 15\.0 s, .* at 3\d.* m/s", text)
+    assert "channels 8: e1, e2" in text and "inspect clearance in the lateral primary suspension" in text
+
+
+def test_the_viewer_holds_the_measured_series_within_its_quantisation(html: str, loop_result: LoopResult) -> None:
+    source = html.split('id="viewer-data">')[1].split("</script>")[0]
+    (run,) = json.loads(source)
+    measured = figures.compared_series(loop_result, 0)["measured"]
+    channel = next(c for c in run["channels"] if c["name"] == "e1")
+    series = channel["series"]["measured"]
+    levels = np.frombuffer(base64.b64decode(series["data"]), dtype="<u2")
+    shown = series["low"] + series["step"] * levels
+    assert channel["unit"] == "mm" and len(run["channels"]) == len(CHANNELS)
+    assert np.max(np.abs(shown - 1e3 * measured[0])) <= 0.51 * series["step"] + 1e-9
+
+
+def test_a_name_in_the_viewer_cannot_end_its_script(loop_result: LoopResult, report: dict[str, Any]) -> None:
+    segment = replace(loop_result.dataset.validation[0], file="</script><b>")
+    segments = tuple(segment if s.role == "validate" else s for s in loop_result.dataset.segments)
+    dataset = replace(loop_result.dataset, segments=segments)
+    html = render_page(replace(loop_result, context=replace(loop_result.context, dataset=dataset)), report)
+    assert "</script><b>" not in html
+
+
+def test_residuals_are_drawn_in_time_spectrum_autocorrelation_and_coherence(reader: Reader) -> None:
+    for channel in CHANNELS:
+        assert f"Residual of {channel} over time" in reader.pictures
+        assert f"Spectrum of the residual of {channel} and of its noise" in reader.pictures
+    assert sum(alt.startswith("Autocorrelation of the whitened residual") for alt in reader.pictures) == 4
+    assert sum(alt.startswith("Coherence of") for alt in reader.pictures) == 4
+
+
+def test_the_matrix_of_correlations_has_a_row_for_every_estimate(loop_result: LoopResult, html: str) -> None:
+    matrix = html.split('<table class="matrix">')[1].split("</table>")[0]
+    assert matrix.count("<code>") == len(loop_result.after.free.paths)
+    assert matrix.count('class="cell diagonal"') == len(loop_result.after.free.paths)
 
 
 def test_every_parameter_input_and_source_is_named(report: dict[str, Any], reader: Reader) -> None:

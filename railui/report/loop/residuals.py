@@ -1,0 +1,143 @@
+"""Residuals of a loop on the segment that its report shows: their spectra, whiteness and coherence with the input."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.arrays import FloatArray
+from railui.campaign.comparison import compared_channels
+from railui.campaign.noise.record import band_limits
+from railui.campaign.segment import Segment
+from railui.dsp.spectra import multiple_coherence, welch
+from railui.identification.estimation.noise_floor import SimulatedTruth
+from railui.identification.estimation.residual_coherence import track_inputs
+from railui.identification.result import LoopResult
+from railui.report.loop.figures import compared_series
+
+NOISE_DRAWS = 8  # of the noise model, for the residual of a correct model
+MAX_LAG = 1.0  # s, of an autocorrelation
+RIG_LAG_SHARE, MIN_LAGS = 0.02, 25  # longest lag of a short series
+WINDOW_SECONDS = 2.56  # longest window of a coherence
+WINDOWS_PER_INPUT = 4
+RIG_WINDOWS = 60
+CONFIDENCE_FACTOR = 1.96  # 95 % of a normal distribution
+SPECTRUM_WINDOWS = 12  # without overlap
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelResidual:
+    """Residuals of one channel as compared, by model.
+
+    Attributes
+    ----------
+    series
+        Residual [n] of "before" and "after"; only "after" where no effect was added.
+    expected
+        Realisations [draw, n] of the residual that a correct model would leave: noise of sensors and track.
+    band
+        Compared band [Hz].
+    coherence
+        Share of the power that is coherent with the input, by "measured" and model [frequency]; empty without input.
+    """
+
+    name: str
+    dt: float
+    series: Mapping[str, FloatArray]
+    expected: FloatArray
+    band: tuple[float, float]
+    frequencies: FloatArray
+    coherence: Mapping[str, FloatArray]
+
+    def in_band(self, f: FloatArray) -> NDArray[np.bool_]:
+        """True for frequencies [Hz] above zero in the compared band."""
+        return np.asarray((f > 0) & (f >= self.band[0]) & (f <= self.band[1]))
+
+    def density(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Frequencies [Hz] and power spectral density of a series."""
+        return welch(x, 1.0 / self.dt, max(len(x) // SPECTRUM_WINDOWS, min(256, len(x))))
+
+    @cached_property
+    def expected_density(self) -> tuple[FloatArray, FloatArray]:
+        """Frequencies [Hz] and power spectral density of the expected residual, mean over its realisations."""
+        both = [self.density(x) for x in self.expected]
+        return both[0][0], np.asarray(np.mean([density for _, density in both], axis=0))
+
+    def ratio_to_noise(self, model: str) -> float:
+        """Rms of a residual over that expected from noise."""
+        return float(np.sqrt(np.mean(self.series[model] ** 2) / max(float(np.mean(self.expected**2)), 1e-300)))
+
+    def whiteness(self, model: str) -> Whiteness:
+        """Autocorrelation of a residual, divided at each frequency of the band by the amplitude of the noise model."""
+        x = self.series[model]
+        f = np.asarray(np.fft.rfftfreq(len(x), self.dt))
+        used = self.in_band(f)
+        noise_f, noise_density = self.expected_density
+        noise = np.interp(f[used], noise_f, noise_density)
+        power = np.zeros(len(f))
+        power[used] = np.abs(np.fft.rfft(x - x.mean())[used]) ** 2 / np.maximum(noise, 1e-300)
+        longest = min(round(MAX_LAG / self.dt), round(RIG_LAG_SHARE * len(x)) + MIN_LAGS, len(x) - 1)
+        found, flat = (np.fft.irfft(p, len(x))[: longest + 1] for p in (power, used.astype(np.float64)))
+        half_width = CONFIDENCE_FACTOR / float(np.sqrt(2.0 * max(int(used.sum()), 1)))
+        correlation = np.asarray(found / max(float(found[0]), 1e-300))
+        return Whiteness(self.dt * np.arange(longest + 1.0), correlation, np.asarray(flat / flat[0]), half_width)
+
+
+@dataclass(frozen=True, eq=False)
+class Whiteness:
+    """Autocorrelation [lag] of a whitened residual, that of white noise in the band, half of its 95 % interval."""
+
+    lags: FloatArray
+    correlation: FloatArray
+    expected: FloatArray
+    half_width: float
+
+    @property
+    def share_outside(self) -> float:
+        """Share of the lags outside the 95 % interval."""
+        return float(np.mean(np.abs(self.correlation - self.expected)[1:] > self.half_width))
+
+
+def channel_residuals(result: LoopResult, index: int) -> dict[str, ChannelResidual]:
+    """Return the residuals of every compared channel of a validation segment; a diverged model is left out."""
+    segment = result.dataset.validation[index]
+    series = compared_series(result, index)
+    channels = compared_channels(segment)
+    measured = series["measured"]
+    residuals: dict[str, FloatArray] = {m: measured - series[m] for m in ("before", "after") if m in series}
+    if not residuals:
+        return {}
+    expected = _expected_residuals(result, segment, index)
+    inputs = track_inputs(result.context, segment)
+    length = _window_samples(segment, measured.shape[1], len(inputs))
+    band = band_limits(result.dataset.campaign.band, segment.dt)
+    found = {}
+    for i, name in enumerate(channels):
+        row = segment.channels.index(name)
+        shown = {model: x[row] for model, x in residuals.items()}
+        lines = {
+            key: multiple_coherence(inputs, x, 1.0 / segment.dt, length) if len(inputs) else None
+            for key, x in {"measured": measured[row], **shown}.items()
+        }
+        frequencies = next((line[0] for line in lines.values() if line), np.zeros(0))
+        coherence = {key: line[1] for key, line in lines.items() if line and np.all(np.isfinite(line[1]))}
+        found[name] = ChannelResidual(name, segment.dt, shown, expected[:, i], band, frequencies, coherence)
+    return found
+
+
+def _expected_residuals(result: LoopResult, segment: Segment, index: int) -> FloatArray:
+    """Draw residuals [draw, channel, n] that the final model would leave if it were true."""
+    truth = SimulatedTruth(result.context, result.after.model, segment, index)
+    drawn = (truth.draw(seed) for seed in range(NOISE_DRAWS))
+    return np.stack([noisy - simulated for noisy, simulated in drawn])
+
+
+def _window_samples(segment: Segment, samples: int, inputs: int) -> int:
+    """Samples of a window of the coherence: short enough for several windows per input."""
+    enough = 2 * samples // (WINDOWS_PER_INPUT * max(inputs, 1) + 1)
+    longest = 2 * samples // RIG_WINDOWS if segment.is_rig else round(WINDOW_SECONDS / segment.dt)
+    return max(min(longest, enough), 8)

@@ -1,0 +1,48 @@
+"""Advice of the report: every effect, discrepancy and verdict has something to inspect."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from railui import core
+from railui.report.loop.inspection import BY_KIND, NONE, UNLOCATED, inspection_lines
+
+KINDS = [record["kind"] for record in core.effect_catalogue() if record["kind"] != "measured_force"]
+
+
+def report(**keys: Any) -> dict[str, Any]:
+    return {"effects": [], "outside": None, "verdict": "effect", "unexplained": 1.0} | keys
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_effect_of_the_catalogue_has_advice(kind: str) -> None:
+    record = core.effect_record(kind)
+    assert kind in BY_KIND or record["acts"] == "creep"
+    (line,) = inspection_lines(report(effects=[{"kind": kind, "at": record["at"][0], "wheelset": None}]))
+    assert len(line) > 15 and "{" not in line
+
+
+def test_a_clearance_names_its_joint() -> None:
+    effect = {"kind": "free_play", "at": "primary_lateral", "wheelset": 2}
+    (line,) = inspection_lines(report(effects=[effect]))
+    assert line == "clearance in the lateral primary suspension of wheelset 2: guides, bushes, wear plates, pins"
+
+
+def test_without_an_effect_nothing_on_the_vehicle_is_named() -> None:
+    assert inspection_lines(report(verdict="none")) == [NONE]
+    (line,) = inspection_lines(report(verdict="none", unexplained=2.1))
+    assert line.startswith("sensors and cables")
+
+
+def test_a_discrepancy_without_a_location_says_so() -> None:
+    outside = {"at": None, "wheelset": None, "against": "z"}
+    assert inspection_lines(report(verdict="outside", outside=outside)) == [UNLOCATED]
+    assert inspection_lines(report(verdict="outside")) == [UNLOCATED]
+
+
+def test_a_discrepancy_at_a_joint_names_it() -> None:
+    outside = {"at": "secondary_yaw", "wheelset": None, "against": "v"}
+    (line,) = inspection_lines(report(verdict="outside", outside=outside))
+    assert line.startswith("the secondary suspension in yaw; ")
