@@ -170,7 +170,7 @@ class Desk(App[None]):
         path = Path(chosen).expanduser()
         kind = file_kind(path)
         if kind == "campaign":
-            self.query_one(CampaignPanel).unless_unwritten(lambda: self.open(path))
+            self.query_one(CampaignPanel).request_open(path, lambda: self.open(path))
         elif kind == "study":
             self.open(path)
         else:

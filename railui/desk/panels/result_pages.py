@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,7 +14,7 @@ from textual.widgets import Static
 
 from railui.desk.presenters.design_results import Comparison
 
-PAGES: Final = {"overview": "Overview", "stability": "Stability", "speed": "Speed"}
+PAGES: Final = {"overview": "Overview", "stability": "Stability", "speed": "Speed", "shelf": "Shelf"}
 GAP: Final = 2  # columns between two names
 
 
@@ -57,9 +58,11 @@ class ResultTabs(Static):
 
         page: str
 
-    def __init__(self, *, id: str) -> None:
-        super().__init__(id=id)
-        self.page = next(iter(PAGES))
+    def __init__(self, pages: Mapping[str, str] = PAGES, *, id: str) -> None:
+        """Create the line; pages: title by name."""
+        super().__init__(id=id, classes="page-tabs")
+        self.pages = pages
+        self.page = next(iter(pages))
         self.status = ""
 
     def on_mount(self) -> None:
@@ -69,7 +72,7 @@ class ResultTabs(Static):
         """Mark the page that is shown."""
         self.page, self.status = page, status
         text = Text(no_wrap=True, overflow="ellipsis")
-        for name, title in PAGES.items():
+        for name, title in self.pages.items():
             text.append(f" {title} ", "bold reverse" if name == page else "")
             text.append(" " * (GAP - 1))
         text.append(" [ ] ", "dim")
@@ -78,7 +81,7 @@ class ResultTabs(Static):
 
     def on_click(self, event: Click) -> None:
         start = 0
-        for name, title in PAGES.items():
+        for name, title in self.pages.items():
             end = start + len(title) + 1 + GAP
             if start <= event.x < end:
                 self.post_message(self.Chosen(name))

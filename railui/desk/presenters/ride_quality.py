@@ -100,16 +100,17 @@ def _append_row(
 ) -> None:
     columns = 10 if is_narrow else 11
     text.append(f"{row.short_name:13}" if is_narrow else f"{row.name:22}")
-    text.append(f"{_value_text(values[row.key], row.unit):>{columns}}", "bold")
+    text.append(f"{value_text(values[row.key], row.unit):>{columns}}", "bold")
     if base_values is None:
         text.append("" if is_narrow else " " * (columns + 2))
         return
-    base = _value_text(base_values[row.key], row.unit)
+    base = value_text(base_values[row.key], row.unit)
     text.append(f"{base.split(' ')[0]:>7}" if is_narrow else f"{base:>{columns}}", "dim")
     text.append(*_arrow(values[row.key], base_values[row.key], row.sign))
 
 
-def _value_text(value: Any, unit: str) -> str:
+def value_text(value: Any, unit: str) -> str:
+    """Return a value of the table with its unit."""
     if value is None:
         return "none"
     if unit == "%":

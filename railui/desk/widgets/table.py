@@ -26,7 +26,7 @@ class Column:
     """Column of a table.
 
     heads: lines above it; short_heads: the same in few characters; cells: texts; values: numbers by which rows are
-    ordered; marks: a character after each cell, such as › at an upper bound.
+    ordered; marks: a character after each cell, such as › at an upper bound; is_text: the cells are words.
     """
 
     heads: tuple[str, ...]
@@ -34,6 +34,11 @@ class Column:
     cells: tuple[str, ...]
     values: tuple[float, ...]
     marks: str = ""
+    is_text: bool = False
+
+    def padded(self, text: str, width: int) -> str:
+        """Return a head or a cell in a width: words at the left, numbers at the right."""
+        return f"{text:<{width}}" if self.is_text else f"{text:>{width}}"
 
     def width(self, is_short: bool) -> int:
         """Return the width that it needs."""
@@ -166,7 +171,8 @@ rows by that column, again in the other direction. `y` copies the table.
             if y == 0 and self.ordered_by is not None and self.ordered_by[0] == i:
                 text = f"{'v' if self.ordered_by[1] else '^'} {text}"[: width - 1]
             is_current = i == self.column and self.has_focus
-            segments.append(Segment(f"{text:>{width - 1}} ", style["column" if is_current else "head"]))
+            text = self.columns[i].padded(text, width - 1)
+            segments.append(Segment(f"{text} ", style["column" if is_current else "head"]))
             segments.append(Segment(" " * (GAP - 1), style["head"]))
         return segments
 
@@ -177,7 +183,8 @@ rows by that column, again in the other direction. `y` copies the table.
         for i in self.shown_columns():
             column = self.columns[i]
             mark = column.marks[row] if column.marks else " "
-            segments.append(Segment(f"{column.cells[row]:>{column.width(self.is_short) - 1}}", style["text"]))
+            cell = column.padded(column.cells[row], column.width(self.is_short) - 1)
+            segments.append(Segment(cell, style["text"]))
             segments.append(Segment(mark.translate(PLAIN_MARKS) if is_plain else mark, style["mark"]))
             segments.append(Segment(" " * (GAP - 1), style["text"]))
         return segments
