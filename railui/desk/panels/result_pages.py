@@ -68,12 +68,22 @@ class ResultTabs(Static):
     def on_mount(self) -> None:
         self.show(self.page)
 
+    @property
+    def _pad(self) -> str:
+        """Blanks around a title: none where the titles would not fit with them."""
+        needed = sum(len(title) + 1 + GAP for title in self.pages.values())
+        return " " if self.content_size.width >= needed or not self.content_size.width else ""
+
+    def on_resize(self) -> None:
+        self.show(self.page, self.status)
+
     def show(self, page: str, status: str = "") -> None:
         """Mark the page that is shown."""
         self.page, self.status = page, status
         text = Text(no_wrap=True, overflow="ellipsis")
+        pad = self._pad
         for name, title in self.pages.items():
-            text.append(f" {title} ", "bold reverse" if name == page else "")
+            text.append(f"{pad}{title}{pad}", "bold reverse" if name == page else "")
             text.append(" " * (GAP - 1))
         text.append(" [ ] ", "dim")
         text.append(status, "dim italic")
@@ -82,7 +92,7 @@ class ResultTabs(Static):
     def on_click(self, event: Click) -> None:
         start = 0
         for name, title in self.pages.items():
-            end = start + len(title) + 1 + GAP
+            end = start + len(title) + 2 * len(self._pad) + GAP - 1
             if start <= event.x < end:
                 self.post_message(self.Chosen(name))
             start = end

@@ -27,6 +27,8 @@ from railui.desk.widgets.dialogs import InputDialog, QuestionDialog
 from railui.desk.widgets.table import Table
 from railui.vehicle.design_reader import Design
 
+NARROW_COLUMNS = 50  # width of the difference below which names are cut
+NAMES, NARROW_NAMES = 40, 13
 EMPTY = "m puts the design in the form on the shelf"
 
 
@@ -216,7 +218,9 @@ class ShelfPage(ResultPage):
             table.show([])
             history.update("", layout=False)
             return
-        table.show(difference_columns(item, reference, self.evaluated) if item is not reference else [])
+        name_columns = NARROW_NAMES if table.size.width < NARROW_COLUMNS else NAMES
+        columns = difference_columns(item, reference, self.evaluated, name_columns)
+        table.show(columns if item is not reference else [])
         table.placeholder = f"{item.letter} is the reference: move to another design"
         table.refresh()
         set_titles(table, f"{item.letter} compared with {reference.letter}")
@@ -230,3 +234,4 @@ class ShelfPage(ResultPage):
 
     def on_resize(self) -> None:
         self.arrange_parts()
+        self.call_after_refresh(self._draw)

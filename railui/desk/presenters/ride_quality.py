@@ -54,13 +54,14 @@ EXTRA_ROWS = (
     Row("flange_fraction_gaussian", "flange time, Gaussian", "", "%", 1),
     Row("guiding_force", "sum Y, R 600 m", "", "N", 1),
 )
+ALL_ROWS = (*MAIN_ROWS, *EXTRA_ROWS)
 
 
 def quality_values(results: DesignResults) -> dict[str, Any]:
     """Return the values of all rows by key."""
     quality = results.quality
     sd = quality["statistics"].get("sd_e", (None, None))
-    values: dict[str, Any] = {row.key: quality.get(row.key) for row in (*MAIN_ROWS, *EXTRA_ROWS)}
+    values: dict[str, Any] = {row.key: quality.get(row.key) for row in ALL_ROWS}
     values |= {
         "linear_critical_speed": results.critical_speed,
         "linear_damping": results.linear_damping,
@@ -72,6 +73,20 @@ def quality_values(results: DesignResults) -> dict[str, Any]:
         leading = results.guiding_force[CURVE_RADII.index(GUIDING_FORCE_RADIUS), 0]
         values["guiding_force"] = float(abs(leading))
     return values
+
+
+def quality_csv(current: DesignResults, base: DesignResults) -> str:
+    """Return the values of all rows as CSV: quantity, unit, design, base; in SI."""
+    values, others = quality_values(current), quality_values(base)
+    rows = [
+        f"{row.name.replace(chr(44), chr(59))},{row.unit},{_number(values[row.key])},{_number(others[row.key])}"
+        for row in ALL_ROWS
+    ]
+    return "\n".join(["quantity,unit,design,base", *rows]) + "\n"
+
+
+def _number(value: Any) -> str:
+    return "" if value is None else f"{value:.9g}"
 
 
 def comparison_text(current: DesignResults, base: DesignResults, width: int) -> Text:

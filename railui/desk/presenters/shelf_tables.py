@@ -33,13 +33,15 @@ def shelf_columns(items: Sequence[ShelfItem], results: Mapping[str, DesignResult
     for row in MAIN_ROWS:
         numbers = [each.get(row.key) for each in values]
         cells = tuple(value_text(n, row.unit) if each else "..." for n, each in zip(numbers, values, strict=True))
-        name = row.short_name
-        columns.append(Column((name,), (name[:8],), cells, tuple(NAN if n is None else float(n) for n in numbers)))
+        heads = tuple(row.short_name.split())
+        columns.append(Column(heads, heads, cells, tuple(NAN if n is None else float(n) for n in numbers)))
     for path in differing_paths([item.design for item in items]):
         numbers = [path_value(item.design, path) for item in items]
         cells = tuple(_parameter_text(item.design, path) for item in items)
-        name = short_path(path)
-        columns.append(Column((name,), (name[:12],), cells, tuple(NAN if n is None else n for n in numbers)))
+        heads = tuple(short_path(path).split())
+        columns.append(
+            Column(heads, tuple(head[:9] for head in heads), cells, tuple(NAN if n is None else n for n in numbers))
+        )
     return columns
 
 
@@ -69,8 +71,13 @@ def _parameter_text(design: Design, path: str) -> str:
     return typeset(format_quantity(value, unit, 4))
 
 
-def difference_columns(item: ShelfItem, reference: ShelfItem, results: Mapping[str, DesignResults]) -> list[Column]:
-    """Return the table of the differences of a design from another: results first, then parameters."""
+def difference_columns(
+    item: ShelfItem, reference: ShelfItem, results: Mapping[str, DesignResults], name_columns: int
+) -> list[Column]:
+    """Return the table of the differences of a design from another: results first, then parameters.
+
+    name_columns: width to which names are cut.
+    """
     rows = _result_differences(item, reference, results) + [
         (short_path(path), _parameter_text(item.design, path), _parameter_text(reference.design, path), change)
         for path in differing_paths([item.design, reference.design])
@@ -80,7 +87,8 @@ def difference_columns(item: ShelfItem, reference: ShelfItem, results: Mapping[s
     rows += [(text, *cells, NAN) for text, cells in kinds]
     if not rows:
         return []
-    names, cells, others, changes = zip(*rows, strict=True)
+    full_names, cells, others, changes = zip(*rows, strict=True)
+    names = tuple(name[:name_columns] for name in full_names)
     order = tuple(map(float, range(len(names))))
     texts = tuple(MISSING if change != change else f"{100 * change:+.3g} %" for change in changes)
     return [
