@@ -106,10 +106,16 @@ class ShelfPage(ResultPage):
 
     def keep(self, draft: Draft, results: DesignResults | None) -> ShelfItem:
         """Put the design in the form on the shelf; results: of the design evaluated last."""
-        now = f"{datetime.now():%Y-%m-%d %H:%M}"
-        item = self.shelf.keep(draft.design, origin=draft.name, time=now, history=draft.states.descriptions())
+        item = self.put(draft.design, origin=draft.name, history=draft.states.descriptions())
         if results is not None and results.design == item.design:
             self.evaluated[item.letter] = results
+            self._draw()
+        return item
+
+    def put(self, design: Design, *, note: str = "", origin: str, history: Sequence[str] = ()) -> ShelfItem:
+        """Put a design on the shelf; raise ShelfFullError if every letter is taken."""
+        now = f"{datetime.now():%Y-%m-%d %H:%M}"
+        item = self.shelf.keep(design, note=note, origin=origin, time=now, history=history)
         self.reference = self.reference or item.letter
         self._changed()
         return item

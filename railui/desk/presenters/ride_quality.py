@@ -79,7 +79,7 @@ def quality_csv(current: DesignResults, base: DesignResults) -> str:
     """Return the values of all rows as CSV: quantity, unit, design, base; in SI."""
     values, others = quality_values(current), quality_values(base)
     rows = [
-        f"{row.name.replace(chr(44), chr(59))},{row.unit},{_number(values[row.key])},{_number(others[row.key])}"
+        f"{row.name.replace(',', '')},{row.unit},{_number(values[row.key])},{_number(others[row.key])}"
         for row in ALL_ROWS
     ]
     return "\n".join(["quantity,unit,design,base", *rows]) + "\n"
