@@ -9,9 +9,11 @@ import numpy as np
 
 from railui.desk.presenters.front_columns import FrontColumn
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.plot_data import LimitLine, Line, PlotData
+from railui.desk.widgets.plot_data import LimitLine, Line, Mark, PlotData
 
-MAX_NAME: Final = 14  # characters of the name of an axis
+MAX_NAME: Final = 12  # characters of the name of an axis
+NAME_HEIGHTS: Final = (1.3, 1.15)  # of the names of even and odd axes, above the largest value
+NAMES_TOP: Final = 1.4
 MAX_LINES: Final = 60
 
 
@@ -36,10 +38,17 @@ def parallel_plot(columns: Sequence[FrontColumn], rows: Sequence[int], index: in
     lines = [Line(x, scaled[row], "designs" if k == 0 else "", "base") for k, row in enumerate(others)]
     if index < len(scaled):
         lines.append(Line(x, scaled[index], f"design {index + 1}", "series3"))
-    names = (column.symbol if len(column.name) > MAX_NAME else column.name for column in columns)
-    limits = [LimitLine(float(k), name, is_vertical=True, role="base") for k, name in enumerate(names)]
-    horizontal = Axis("", low=-0.1, high=len(columns) - 0.9 + 0.35)
-    return PlotData(horizontal, Axis("smallest to largest", low=-0.05, high=1.05), lines, limits)
+    limits = [LimitLine(float(k), is_vertical=True, role="base") for k in range(len(columns))]
+    marks = [_name_mark(k, column) for k, column in enumerate(columns)]
+    horizontal = Axis("", low=-0.1, high=len(columns) - 0.55)
+    vertical = Axis("smallest (0) to largest (1)", low=-0.05, high=NAMES_TOP)
+    return PlotData(horizontal, vertical, lines, limits, marks)
+
+
+def _name_mark(number: int, column: FrontColumn) -> Mark:
+    """Return the name of an axis above it, in two rows alternately."""
+    name = column.symbol[:MAX_NAME] or column.name[:MAX_NAME]
+    return Mark(float(number), NAME_HEIGHTS[number % 2], name[0], name[1:], "other")
 
 
 def _scaled(column: FrontColumn) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
