@@ -90,7 +90,7 @@ def result_delay(terminal: Terminal) -> float:
         terminal.read(0.5)
         start = last = time.perf_counter()
         terminal.press(key)
-        while select.select([terminal.master], [], [], 0.25)[0]:
+        while select.select([terminal.master], [], [], 1.0)[0]:
             os.read(terminal.master, 1 << 16)
             last = time.perf_counter()
         found.append(last - start)
