@@ -17,6 +17,7 @@ import sys
 import tempfile
 import termios
 import time
+from contextlib import suppress
 from pathlib import Path
 
 REPOSITORY = Path(__file__).parents[2]
@@ -69,8 +70,9 @@ class Terminal:
         """End the desk."""
         os.kill(self.pid, 15)
         end = time.monotonic() + 20.0
-        while time.monotonic() < end and os.waitpid(self.pid, os.WNOHANG)[0] == 0:
-            self.read(0.1)
+        with suppress(OSError):  # the terminal of a process that has ended
+            while time.monotonic() < end and os.waitpid(self.pid, os.WNOHANG)[0] == 0:
+                self.read(0.1)
         os.close(self.master)
 
 
