@@ -23,7 +23,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation --require-hashes -r
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
+.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots desk-latency blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -80,6 +80,11 @@ pictures: run
 
 shots: .stamp-build
 	$(BIN)/python -m tests.desk.shots
+
+# response time of the desk: from outside in a pseudo terminal, then its own heartbeat
+desk-latency: .stamp-build
+	$(BIN)/python -m tests.desk.latency
+	$(BIN)/python -m pytest tests/desk/test_heartbeat.py -q -s
 
 # strict: a warning is an error; the two variables silence notices about successors of mkdocs
 docs: .stamp-build

@@ -20,7 +20,7 @@ from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk.commands import OTHER_SYSTEM_COMMANDS, help_rows, palette_commands
 from railui.desk.ending import Ending
-from railui.desk.exporting import export_focused
+from railui.desk.exporting import export_all, export_focused
 from railui.desk.focus import FocusKeeper, TooSmall
 from railui.desk.heartbeat import Heartbeat, freeze_startup_objects, tune_interpreter
 from railui.desk.messages import DesignOffered, PartChanged
@@ -133,8 +133,6 @@ class Desk(App[None]):
         """Panel with the design in work."""
         return self.query_one(DesignPanel)
 
-    # files
-
     def open(self, path: Path) -> None:
         """Open a design, a campaign or a study in its panel, or show the problems of the file."""
         try:
@@ -170,7 +168,7 @@ class Desk(App[None]):
         path = Path(chosen).expanduser()
         kind = file_kind(path)
         if kind == "campaign":
-            self.query_one(CampaignPanel).unless_unwritten(lambda: self.open(path))
+            self.query_one(CampaignPanel).request_open(path, lambda: self.open(path))
         elif kind == "study":
             self.open(path)
         else:
@@ -276,6 +274,7 @@ class Desk(App[None]):
         yield from palette_commands(self, screen)
         yield from (each for each in super().get_system_commands(screen) if each.title in OTHER_SYSTEM_COMMANDS)
         yield SystemCommand("Save as", "save the design in another file", self.design_panel.save_as)
+        yield SystemCommand("Export all", "every picture and table of the panel", lambda: export_all(self))
         yield SystemCommand("Restore session", "restore work of a session that has ended", self.session.choose)
         delay = f"longest delay of the interface caused by the desk: {1e3 * self.heartbeat.longest_gap:.0f} ms"
         yield SystemCommand("Heartbeat", delay, lambda: self.notify(delay))

@@ -69,6 +69,6 @@ class DesignOffered(Message):
 
 @dataclass
 class PartChanged(Message):
-    """Part of the session that the autosave stores has changed: plan, search or verdict."""
+    """Part of the session that the autosave stores has changed: plan, search, verdict or shelf."""
 
     part: str

@@ -8,10 +8,20 @@ from typing import TYPE_CHECKING, Any, Final
 
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.optimise import OptimisePanel
+from railui.desk.panels.shelf_page import ShelfPage
+from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.desk.presenters.search_history import restore_search, search_content
-from railui.desk.services.autosave import Autosave, EndedSession, ended_sessions, set_aside
+from railui.desk.services.autosave import VERDICT_PARTS, Autosave, EndedSession, ended_sessions, set_aside
 from railui.desk.services.verdict_file import StoredVerdict, read_verdict, verdict_bytes
-from railui.desk.state.session_parts import form_content, plan_content, restore_form, restore_plan
+from railui.desk.state.session_parts import (
+    form_content,
+    plan_content,
+    restore_form,
+    restore_plan,
+    restore_shelf,
+    shelf_content,
+)
+from railui.desk.state.shelf import Shelf
 from railui.desk.widgets.dialogs import ChoiceDialog, QuestionDialog
 
 if TYPE_CHECKING:
@@ -27,6 +37,7 @@ class DeskSession:
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         self.autosave = Autosave()
+        self._stored: dict[str, FinishedLoop] = {}  # by part
 
     # storing
 
@@ -43,8 +54,21 @@ class DeskSession:
         self.autosave.drop("form.json")
 
     def store(self, part: str) -> None:
-        """Store a part of a panel: plan, search or verdict."""
-        {"plan": self._store_plan, "search": self._store_search, "verdict": self._store_verdict}[part]()
+        """Store a part of a panel: plan, search, verdict or shelf."""
+        {
+            "plan": self._store_plan,
+            "search": self._store_search,
+            "verdict": self._store_verdict,
+            "shelf": self._store_shelf,
+        }[part]()
+
+    def _store_shelf(self) -> None:
+        shelf = self.desk.query_one(ShelfPage).shelf
+        if shelf.items:
+            stored = Shelf(list(shelf.items))
+            self.autosave.put("shelf.json", lambda: shelf_content(stored))
+        else:
+            self.autosave.drop("shelf.json")
 
     def _store_plan(self) -> None:
         panel = self.desk.query_one(OptimisePanel)
@@ -58,10 +82,25 @@ class DeskSession:
             self.autosave.put("search.json", lambda: {"plan": plan_content(history.plan)} | search_content(history))
 
     def _store_verdict(self) -> None:
-        stored = self.desk.query_one(CampaignPanel).stored_verdict()
-        if stored is not None:
-            self.autosave.put("verdict.pickle", partial(verdict_bytes, stored))
-            self.autosave.put("verdict.json", lambda: _verdict_content(stored))
+        """Store the verdicts that are not stored yet, each in a part of its own; a ninth replaces the oldest."""
+        for stored in self.desk.query_one(CampaignPanel).stored_verdicts():
+            part = self._part_of(stored)
+            if self._stored.get(part) is not stored.finished:
+                self._stored[part] = stored.finished
+                self.autosave.put(f"{part}.pickle", partial(verdict_bytes, stored))
+                self.autosave.put(f"{part}.json", partial(_verdict_content, stored))
+
+    def _part_of(self, stored: StoredVerdict) -> str:
+        """Return the part of a verdict: that of its campaign, a free one, or that of the oldest verdict."""
+        campaign = stored.finished.result.dataset.campaign
+        for part, finished in self._stored.items():
+            if finished.result.dataset.campaign.source == campaign.source:
+                return part
+        free = next((part for part in VERDICT_PARTS if part not in self._stored), None)
+        if free is None:
+            free = next(iter(self._stored))
+            del self._stored[free]
+        return free
 
     # restoring
 
@@ -90,10 +129,11 @@ class DeskSession:
     def restore(self, session: EndedSession) -> None:
         """Show the parts of an ended session in their panels and continue to store them."""
         restorers: dict[str, Callable[[dict[str, Any]], str]] = {
-            "verdict": partial(self._restore_verdict, session),
+            **{part: partial(self._restore_verdict, session, part) for part in VERDICT_PARTS},
             "plan": self._restore_plan,
             "search": self._restore_search,
             "form": self._restore_form,
+            "shelf": self._restore_shelf,
         }
         panels = []
         for part, restore in restorers.items():
@@ -114,6 +154,10 @@ class DeskSession:
         self.desk.design_panel.open(restore_form(content))
         return "design"
 
+    def _restore_shelf(self, content: dict[str, Any]) -> str:
+        self.desk.query_one(ShelfPage).restore(restore_shelf(content))
+        return "design"
+
     def _restore_plan(self, content: dict[str, Any]) -> str:
         self.desk.query_one(OptimisePanel).restore(restore_plan(content), None)
         return "optimise"
@@ -125,8 +169,9 @@ class DeskSession:
         panel.restore(panel.plan if panel.is_edited and panel.plan is not None else plan, history)
         return "optimise"
 
-    def _restore_verdict(self, session: EndedSession, _: dict[str, Any]) -> str:
-        stored = read_verdict((session.directory / "verdict.pickle").read_bytes())
+    def _restore_verdict(self, session: EndedSession, part: str, _: dict[str, Any]) -> str:
+        stored = read_verdict((session.directory / f"{part}.pickle").read_bytes())
+        self._stored[part] = stored.finished
         self.desk.query_one(CampaignPanel).restore(stored)
         return "campaign"
 
@@ -162,8 +207,12 @@ def _descriptions(session: EndedSession) -> list[str]:
     lines = []
     if (form := session.read("form")) is not None:
         lines.append(f"- the design {form.get('name')}, not saved")
-    if (verdict := session.read("verdict")) is not None:
-        lines.append(f"- the verdict of {verdict.get('name')}: {verdict.get('sentence')}")
+    if (shelf := session.read("shelf")) is not None:
+        count = len(shelf.get("items", ()))
+        lines.append(f"- a shelf of {count} design{'s' if count != 1 else ''}")
+    for part in VERDICT_PARTS:
+        if (verdict := session.read(part)) is not None:
+            lines.append(f"- the verdict of {verdict.get('name')}: {verdict.get('sentence')}")
     if (search := session.read("search")) is not None:
         state = "finished" if search.get("result") else "not finished"
         lines.append(f"- a search of {len(search.get('generations', ()))} generations, {state}")

@@ -21,6 +21,7 @@ from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
+from railui.desk.panels.shelf_page import ShelfPage, ShelfTable
 from railui.desk.panels.speed_page import SpeedPage
 from railui.desk.panels.stability_page import StabilityPage
 
@@ -59,11 +60,21 @@ async def design_and_optimise() -> None:
     async with desk.run_test(size=(132, 40)) as pilot:
         await wait_until_idle(desk, pilot)
         panel = desk.query_one(DesignPanel)
+        panel.action_keep()
         panel.set("vehicle.primary.lateral_stiffness", "7 MN/m")
+        panel.action_keep()
         panel.set("vehicle.secondary.lateral_damping", "60 kN*s/m")
         panel.pane.form.select("vehicle.secondary.lateral_damping")
         await wait_until_idle(desk, pilot)
         take(desk, "design")
+        panel.action_keep()
+        panel.show_page("shelf")
+        table = desk.query_one(ShelfTable)
+        table.focus()
+        await pilot.press("down", "down")
+        await wait_until(lambda: len(desk.query_one(ShelfPage).evaluated) == 3)
+        await wait_until_idle(desk, pilot)
+        take(desk, "shelf")
         await pilot.press("l")
         page = desk.query_one(StabilityPage)
         await wait_until(lambda: len(page.known.results) == 2 and all(len(r) == 2 for r in page.known.results.values()))
@@ -74,7 +85,8 @@ async def design_and_optimise() -> None:
         await wait_until(lambda: len(speed.bands) == 2 and all(band.is_complete for band in speed.bands.values()))
         await wait_until_idle(desk, pilot)
         take(desk, "speed")
-        await pilot.press("right_square_bracket")
+        panel.show_page("overview")
+        panel.pane.form.focus()
         await pilot.resize_terminal(80, 24)
         await wait_until_idle(desk, pilot)
         take(desk, "small")
@@ -104,6 +116,9 @@ async def campaign() -> None:
         await wait_until(lambda: len(panel.history.refits) > 0)
         take(desk, "trace")
         await wait_until(lambda: panel.finished is not None)
+        await wait_until_idle(desk, pilot)
+        take(desk, "verdict")
+        await pilot.press("left_square_bracket")
         await wait_until_idle(desk, pilot)
         take(desk, "campaign")
 

@@ -1,224 +1,185 @@
-"""Campaign panel: data checks, calibration, detection of unmodelled effects, verdict."""
+"""Campaign panel: data checks, calibration, detection of unmodelled effects, verdict, list of campaigns."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
-from textual.widgets import Static
+from textual.widgets import ContentSwitcher, Static
 
-from railui.campaign.campaign import Campaign, load_campaign
-from railui.desk.messages import DesignOffered, JobDone, JobFailed, PartChanged, ProgressEvent, ProgressMessage
-from railui.desk.panels.common import COPY, PAUSE, START, STOP, VIEW, JobPanel, Pane, set_titles
+from railui.desk.messages import DesignOffered
+from railui.desk.panels.campaign_help import CAMPAIGN_HELP
+from railui.desk.panels.common import COPY, PAUSE, START, STOP, VIEW, Pane, set_titles
+from railui.desk.panels.loop_panel import LoopPanel
 from railui.desk.panels.loop_view import LoopView
-from railui.desk.presenters.loop_history import LoopHistory
-from railui.desk.presenters.loop_plots import FinishedLoop
+from railui.desk.panels.result_pages import ResultTabs
+from railui.desk.panels.verdict_page import VerdictPage
+from railui.desk.presenters.campaign_list import CampaignEntry, campaign_columns
 from railui.desk.presenters.loop_text import hunting_note, identifiability_summary, runs_text
-from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
-from railui.desk.services.loop_job import DataChecked, StoppedLoop, check_campaign, run_loop, write_report
-from railui.desk.services.verdict_file import StoredVerdict
-from railui.desk.widgets.dialogs import InputDialog, QuestionDialog
-from railui.identification.events import FitIteration, ScoreTestProgress
+from railui.desk.presenters.verdict_rows import ranking_count
+from railui.desk.services.jobs import BackgroundJob
+from railui.desk.services.loop_job import write_report
+from railui.desk.widgets.dialogs import InputDialog
+from railui.desk.widgets.table import Table
 from railui.report.loop.files import ForeignFilesError, calibrated_design, check_directory
 
+LOOP, VERDICT, CAMPAIGNS = "loop", "verdict-page", "campaigns"
+PAGES: Final = {LOOP: "Loop", VERDICT: "Verdict", CAMPAIGNS: "Campaigns"}
 
-class CampaignPanel(JobPanel):
-    """Runs and verdict across the panel, errors and parameters on the left, ranking and plots on the right."""
+
+class CampaignPanel(LoopPanel):
+    """Pages of a campaign: its loop, its verdict, the list of all campaigns."""
 
     BINDINGS: ClassVar[list[Any]] = [
         START,
         PAUSE,
         STOP,
         VIEW,
-        Binding("n", "channel(1)", "Channel", tooltip="show the next channel"),
+        Binding("right_square_bracket", "page(1)", "Page", tooltip="loop, verdict, list of campaigns"),
+        Binding("left_square_bracket", "page(-1)", "Page back", show=False),
+        Binding("f", "correct", "Correct data", tooltip="correct the faults of the data and start the loop"),
+        Binding("G", "accept_data", "Go on", show=False, tooltip="start the loop in spite of faults of the data"),
+        Binding("n", "channel(1)", "Channel", show=False, tooltip="show the next channel"),
+        Binding("r", "ranking", "Ranking", tooltip="show the next of the rankings that are kept"),
         Binding("t", "take", "Take design", tooltip="open the calibrated design in the form"),
         Binding("w", "write", "Write report"),
+        Binding("enter", "open_entry", "Open", show=False, tooltip="open the campaign under the cursor"),
+        Binding("S", "start_all", "Run all", show=False, tooltip="run the loop of every campaign without a verdict"),
         COPY,
     ]
-    HELP = """
-## Campaign
-`ctrl+o` opens a campaign and **checks its data**: faults to correct before fitting, and the fraction of each channel
-that is not coherent with the track. `s` starts the loop: the nominal model is validated, its parameters are estimated
-(output-error method, sixteen simulations at a time), and a score test searches the residual for unmodelled effects.
-**rho** is the correlation of the residual with the sensitivity to a parameter; at the optimum every bar vanishes. The
-ranking fills as candidates are tested. The verdict refers to the validation runs; its title counts the identifiable
-parameters. `p` pauses, `k` stops, `v` changes the view, `n` shows the next channel, `t` opens the calibrated design in
-the form, `w` writes the files of `railui loop`.
-"""
-
-    def __init__(self, *, id: str | None = None) -> None:
-        super().__init__(id=id)
-        self.campaign: Campaign | None = None
-        self.history = LoopHistory()
-        self.is_written = False  # the verdict, by `w`
-        self.check_runner = LatestJobRunner(self, "data checks")
-
-    @property
-    def finished(self) -> FinishedLoop | None:
-        """Result of the loop, or None before its end."""
-        return self.history.finished
+    HELP = CAMPAIGN_HELP
 
     @property
     def loop_view(self) -> LoopView:
         """Errors, parameters, candidates, plots and data checks."""
         return self.query_one(LoopView)
 
+    @property
+    def verdict_page(self) -> VerdictPage:
+        """Stages, verdict, rivals, next runs, rankings."""
+        return self.query_one(VerdictPage)
+
+    @property
+    def page(self) -> str:
+        """Name of the page that is shown."""
+        return str(self.query_one(ContentSwitcher).current)
+
     def compose(self) -> ComposeResult:
         yield Pane("Campaign", id="runs")
-        yield LoopView(id="loop")
+        yield ResultTabs(PAGES, id="campaign-tabs")
+        with ContentSwitcher(initial=LOOP, id="campaign-pages"):
+            yield LoopView(id=LOOP)
+            yield VerdictPage(id=VERDICT)
+            yield Table("Campaigns", "ctrl+o opens a campaign", id=CAMPAIGNS)
         yield Pane("Verdict", id="verdict")
 
     def on_mount(self) -> None:
         self._show_runs()
         self.show_status()
 
-    # the loop
+    # pages
 
-    def open(self, path: Path) -> None:
-        """Open a campaign and check its data; raise FileProblems with every error."""
-        campaign = load_campaign(path)
-        if self.job is not None:
-            self.job.stop()
-        self.campaign = campaign
-        self.history = LoopHistory(campaign)
-        self.is_written = False
-        self._show_all("details")
-        self.check_runner.submit(partial(check_campaign, campaign))
+    def show_page(self, name: str) -> None:
+        """Show a page."""
+        self.screen.minimize()
+        self.query_one(ContentSwitcher).current = name
+        self.query_one("#runs").display = name == LOOP
+        self.query_one("#verdict").display = name != VERDICT
+        self.show_list()
+        self.update_commands()
+        self.call_after_refresh(self.arrange_parts)
+        if name == CAMPAIGNS:
+            self.query_one(f"#{CAMPAIGNS}").focus()
 
-    def can_start(self) -> bool:
-        return self.campaign is not None
+    def show_verdict(self) -> None:
+        if self.page == LOOP:
+            self.show_page(VERDICT)
+
+    @on(ResultTabs.Chosen)
+    def _on_page_chosen(self, event: ResultTabs.Chosen) -> None:
+        self.show_page(event.page)
+
+    def action_page(self, by: int) -> None:
+        names = list(PAGES)
+        self.show_page(names[(names.index(self.page) + by) % len(names)])
+
+    # commands
 
     def command_state(self) -> object:
-        return super().command_state(), self.finished is not None
+        finished = self.finished is not None
+        states = (finished, self.has_data_fault(), self.page, len(self.entries), len(self.history.rankings))
+        return super().command_state(), states
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action in ("take", "write", "channel"):
             return self.finished is not None
+        if action in ("correct", "accept_data"):
+            return self.has_data_fault()
+        if action == "ranking":
+            return self.page == VERDICT and ranking_count(self.history) > 1
+        if action == "open_entry":
+            return self.page == CAMPAIGNS and bool(self.entries)
+        if action == "start_all":
+            return len(self.entries) > 1 and self.job is None
+        if action == "start":
+            return self.can_start()
         return super().check_action(action, parameters)
 
-    def action_start(self) -> None:
-        if self.campaign is None:
-            self.notify("open a campaign first: ctrl+o")
-            return
-        if self.job is not None:
-            self.notify("the loop is running: k stops it")
-            return
-        self.unless_unwritten(self._start)
+    def action_open_entry(self) -> None:
+        self.show_page(VERDICT if self.finished is not None else LOOP)
 
-    def unless_unwritten(self, action: Callable[[], object]) -> None:
-        """Run an action that replaces the verdict; if the verdict was not written, ask first."""
-        if self.finished is None or self.is_written:
-            action()
-            return
+    @on(Table.RowSelected)
+    def _on_row_selected(self, event: Table.RowSelected) -> None:
+        event.stop()
+        if self.entries and self.entry is not (entry := self.entries[event.index]):
+            self.select(entry)
 
-        def on_answer(answer: str | None) -> None:
-            if answer == "g":
-                action()
-            elif answer == "w":
-                self.action_write()
+    def action_ranking(self) -> None:
+        self.verdict_page.show_next_ranking()
 
-        answers = {"c": "cancel", "w": "write the report of this verdict", "g": "go on: this verdict is lost"}
-        name = self.campaign.name if self.campaign is not None else "the campaign"
-        self.app.push_screen(QuestionDialog(f"The verdict of {name} was not written.", answers), on_answer)
+    def action_view(self, by: int) -> None:
+        view = self.verdict_page if self.page == VERDICT else self.loop_view
+        view.view += by
+        self.arrange_parts()
 
-    def _start(self) -> None:
-        if self.campaign is None:
-            return
-        campaign, last = self.campaign, self.history
-        self.is_written = False
-        self.history = LoopHistory(campaign)
-        self.history.dataset = last.dataset
-        self.history.findings = last.findings
-        self.job = BackgroundJob(self, "loop", lambda job: run_loop(job, campaign))
-        self._show_all()
-
-    @on(ProgressEvent)
-    def _on_event(self, message: ProgressEvent) -> None:
-        event = message.event
-        if isinstance(event, DataChecked):
-            self._on_data_checked(event)
-            return
-        changed = self.history.add_event(event)
-        if isinstance(event, FitIteration) and event.iteration == 0:
-            self.loop_view.show_part("parameters")
-        elif isinstance(event, ScoreTestProgress) and event.done == 1:
-            self.loop_view.show_part("ranking")
-        self.loop_view.show_changed(changed)
-        self.show_status()
-
-    def _on_data_checked(self, event: DataChecked) -> None:
-        if event.dataset.campaign is self.campaign:
-            self.history.dataset = event.dataset
-            self.history.findings = event.findings
-            self._show_runs()
-            self.loop_view.show_details()
-
-    @on(ProgressMessage)
-    def _on_line(self, message: ProgressMessage) -> None:
-        if message.name == "write":
-            self.is_written = True
-            self.notify(message.text, timeout=6)
-            return
-        self.history.lines.append(message.text)
-        self.show_status()
-
-    @on(JobDone)
-    def _on_done(self, message: JobDone) -> None:
-        self.job = None
-        if isinstance(message.result, StoppedLoop):
-            self.history.activity = str(message.result.report["sentence"])
-            self._show_all()
-            return
-        self.history.finish(message.result)
-        self._show_all("series")
-        self.post_message(PartChanged("verdict"))
-
-    def stored_verdict(self) -> StoredVerdict | None:
-        """Return the verdict with what its panes show; None before the verdict."""
-        history = self.history
-        if history.finished is None:
-            return None
-        return StoredVerdict(
-            history.finished, list(history.lines), dict(history.errors), dict(history.totals), history.iteration,
-            list(history.findings),
-        )  # fmt: skip
-
-    def restore(self, stored: StoredVerdict) -> None:
-        """Show the verdict of an ended session."""
-        dataset = stored.finished.result.dataset
-        self.campaign = dataset.campaign
-        self.history = history = LoopHistory(dataset.campaign)
-        history.dataset, history.findings = dataset, stored.findings
-        history.errors, history.totals = dict(stored.errors), dict(stored.totals)
-        history.lines, history.iteration = list(stored.lines), stored.iteration
-        history.finished = stored.finished
-        self.is_written = False
-        self._show_all("series")
-
-    @on(JobFailed)
-    def _on_failed(self, message: JobFailed) -> None:
-        if message.name == "loop":
-            self.job = None
-            self.history.activity = "stopped" if message.is_stopped else message.text
-        elif message.name == "data checks":
-            self.history.read_error = message.text
-            self.loop_view.show_details()
-        self.show_status()
-        if not message.is_stopped:
-            self.notify(message.text, severity="error", timeout=10)
+    def action_channel(self, by: int) -> None:
+        self.loop_view.show_channel(by)
 
     # drawing
 
-    def _show_all(self, part: str | None = None) -> None:
+    def arrange_parts(self) -> None:
+        """Arrange the page that is shown."""
+        if self.page == VERDICT:
+            self.verdict_page.arrange_parts()
+        else:
+            self.loop_view.arrange_parts()
+
+    def show_entry(self, part: str | None = None) -> None:
         self._show_runs()
         self.show_status()
-        self.loop_view.show(self.history, self.job is not None, part)
+        self.loop_view.show(self.history, self.is_computing, part)
+        self.verdict_page.show(self.history, self.is_computing)
+        self.show_list()
+
+    def show_changed(self, changed: str, part: str | None = None) -> None:
+        if part is not None:
+            self.loop_view.show_part(part)
+        self.loop_view.show_changed(changed)
+        self.verdict_page.show(self.history, self.is_computing)
+        self.show_status()
+
+    def show_list(self) -> None:
+        table = self.query_one(f"#{CAMPAIGNS}", Table)
+        table.show(campaign_columns(self.entries, self.running))
+        if self.entry in self.entries:
+            table.place(self.entries.index(self.entry))
+        count = len(self.entries)
+        status = f"{self.entries.index(self.entry) + 1} of {count}" if self.entry in self.entries and count > 1 else ""
+        self.query_one(ResultTabs).show(self.page, status)
 
     def _show_runs(self) -> None:
         runs = self.query_one("#runs", Static)
@@ -231,33 +192,24 @@ the form, `w` writes the files of `railui loop`.
     def show_status(self) -> None:
         """Show the activity, or the verdict after the loop."""
         self.update_commands()
-        job, verdict = self.job, self.query_one("#verdict", Static)
+        verdict = self.query_one("#verdict", Static)
         if self.finished is not None:
             report = self.finished.report
             verdict.update(Text(f"{report['sentence']} {hunting_note(report)}".strip()))
             keys = f"{self.finished.result.seconds:.0f} s · t takes the design · w writes the report"
             set_titles(verdict, f"Verdict · {identifiability_summary(report)}", keys)
             return
+        job = self.job if self.is_computing else None
         if job is None:
             text = self.history.activity or "No verdict yet: s starts the loop."
+            keys = "f corrects the data and starts the loop · G goes on" if self.has_data_fault() else ""
             verdict.update(Text(text, "dim"), layout=False)
-            set_titles(verdict, "Verdict", "")
+            set_titles(verdict, "Verdict", keys)
             return
         lines = self.history.lines
         verdict.update(Text(" ".join(lines[-1].split()) if lines else "reading the runs"), layout=False)
         activity = "stopping" if job.is_stopping else "paused" if job.is_paused else self.history.activity
         set_titles(verdict, "Verdict", f"{activity} · {job.elapsed:.0f} s")
-
-    def arrange_parts(self) -> None:
-        """Arrange the view of the loop."""
-        self.loop_view.arrange_parts()
-
-    def action_view(self, by: int) -> None:
-        self.loop_view.view += by
-        self.arrange_parts()
-
-    def action_channel(self, by: int) -> None:
-        self.loop_view.show_channel(by)
 
     # results
 
@@ -273,12 +225,15 @@ the form, `w` writes the files of `railui loop`.
         self.post_message(DesignOffered(f"calibrated on {campaign.name}", design, nominal, new_path))
 
     def action_write(self) -> None:
-        if self.finished is not None and self.campaign is not None:
-            directory = str(self.campaign.source.parent / "railui-loop")
-            self.app.push_screen(InputDialog("Write the report to", directory), self._write)
+        if self.entry is not None:
+            self.write_report(self.entry)
 
-    def _write(self, name: str | None) -> None:
-        finished = self.finished
+    def write_report(self, entry: CampaignEntry) -> None:
+        directory = str(entry.campaign.source.parent / "railui-loop")
+        self.app.push_screen(InputDialog("Write the report to", directory), lambda name: self._write(entry, name))
+
+    def _write(self, entry: CampaignEntry, name: str | None) -> None:
+        finished = entry.history.finished
         if name is None or finished is None:
             return
         directory = Path(name).expanduser()
@@ -288,7 +243,8 @@ the form, `w` writes the files of `railui loop`.
             self.notify(str(error), severity="error")
             return
         self.notify(f"writing {directory}")
-        lines = list(self.history.lines)
+        self.writing = entry
+        lines = list(entry.history.lines)
         BackgroundJob(self, "write", lambda job: write_report(finished, directory, lines))
 
     def action_copy(self) -> None:

@@ -18,10 +18,11 @@ from railui.desk.messages import DesignsEvaluated, JobFailed
 from railui.desk.panels.common import COPY, VIEW, set_titles
 from railui.desk.panels.design_help import DESIGN_HELP
 from railui.desk.panels.overview_page import OverviewPage
-from railui.desk.panels.paged_panel import PagedPanel
 from railui.desk.panels.profile_changes import ContactComputed, ProfileChanges
 from railui.desk.panels.result_pages import ResultTabs
 from railui.desk.panels.saving import DesignSaver
+from railui.desk.panels.shelf_page import ShelfPage
+from railui.desk.panels.shelving_panel import ShelvingPanel
 from railui.desk.panels.speed_page import SpeedPage
 from railui.desk.panels.stability_page import StabilityPage
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
@@ -41,7 +42,7 @@ from railui.io.units import read_speed
 CONDITION_PATHS = (TRACK_PATH, SPEED_PATH)
 
 
-class DesignPanel(PagedPanel):
+class DesignPanel(ShelvingPanel):
     """Form of the design on the left, its results on the right."""
 
     BINDINGS: ClassVar[list[Any]] = [
@@ -54,8 +55,9 @@ class DesignPanel(PagedPanel):
         Binding("x", "swap", "A/B", tooltip="exchange the design and its base"),
         Binding("a", "add", "Effect", tooltip="add an effect of the catalogue"),
         Binding("delete", "remove", "Remove effect", show=False),
-        Binding("right_square_bracket", "page(1)", "Page", tooltip="overview, stability, speed"),
+        Binding("right_square_bracket", "page(1)", "Page", tooltip="overview, stability, speed, shelf"),
         Binding("left_square_bracket", "page(-1)", "Page back", show=False),
+        Binding("m", "keep", "Keep", show=False, tooltip="put this design on the shelf, under the next letter"),
         Binding("l", "stability", "Stability", show=False),
         Binding("t", "track", "Edit track", show=False),
         COPY,
@@ -67,7 +69,6 @@ class DesignPanel(PagedPanel):
 
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.draft: Draft | None = None
         self.first_conditions = RunConditions()  # of the first design
         self.speed_unit = "m/s"  # in which the speed is shown
         self.result_runner = LatestJobRunner(self, "results")
@@ -83,6 +84,7 @@ class DesignPanel(PagedPanel):
                     stability = StabilityPage(id="stability")
                     yield stability
                     yield SpeedPage(stability.known, id="speed")
+                    yield ShelfPage(id="shelf")
 
     @property
     def pane(self) -> FormPane:
@@ -105,7 +107,7 @@ class DesignPanel(PagedPanel):
         if action == "remove":
             field = self.query_one(Form).field
             return field is not None and field.path.startswith("effects.")
-        if action in ("add", "file_base", "track", "undo", "redo", "copy"):
+        if action in ("add", "file_base", "track", "undo", "redo", "copy", "keep"):
             return self.draft is not None
         return True
 
@@ -120,10 +122,10 @@ class DesignPanel(PagedPanel):
         self.draft = draft
         self.profile_changes.cancel()
         self.results = None
-        self._update()
+        self.update_design()
         self.query_one(Form).focus()
 
-    def _update(self) -> None:
+    def update_design(self) -> None:
         """Show the design in the form and evaluate it; the last plots stay until its results are there."""
         draft = self.draft
         if draft is None:
@@ -165,7 +167,7 @@ class DesignPanel(PagedPanel):
     def _on_reset_requested(self, event: Form.ResetRequested) -> None:
         if self.draft is not None and event.path not in CONDITION_PATHS:
             self.draft.reset(event.path)
-            self._update()
+            self.update_design()
 
     def set(self, path: str, value: Any, gesture: str = "") -> bool:
         """Set a value of the design or of the run conditions; show the error and return False if it is rejected."""
@@ -181,7 +183,7 @@ class DesignPanel(PagedPanel):
         except ValueError as error:
             self.pane.reject(str(error))
             return False
-        self._update()
+        self.update_design()
         self.pane.accept()
         return True
 
@@ -224,29 +226,29 @@ class DesignPanel(PagedPanel):
         self.profile_changes.cancel()
         description = self.draft.undo() if self.draft else None
         self.notify(f"undone: {description}" if description else "nothing to undo", timeout=2)
-        self._update()
+        self.update_design()
 
     def action_redo(self) -> None:
         description = self.draft.redo() if self.draft else None
         self.notify(f"redone: {description}" if description else "nothing to redo", timeout=2)
-        self._update()
+        self.update_design()
 
     def action_base(self) -> None:
         if self.draft is not None:
             self.draft.set_base()
             self.notify("base set to the current design", timeout=2)
-            self._update()
+            self.update_design()
 
     def action_file_base(self) -> None:
         """Make the design of the file the base."""
         if self.draft is not None and self.draft.file is not None:
             self.draft.set_base(self.draft.file)
-            self._update()
+            self.update_design()
 
     def action_swap(self) -> None:
         if self.draft is not None:
             self.draft.swap_with_base()
-            self._update()
+            self.update_design()
 
     def action_track(self) -> None:
         self.query_one(Form).select(TRACK_PATH)
@@ -264,7 +266,7 @@ class DesignPanel(PagedPanel):
         except FileProblems as error:
             self.notify(error.problems[0].message, severity="error")
             return
-        self._update()
+        self.update_design()
         group = f"effects.{len(self.draft.design.effects) - 1}."
         first = next((p for p in self.draft.design.paths() if p.startswith(group)), None)
         if first is not None:
@@ -274,7 +276,7 @@ class DesignPanel(PagedPanel):
         field = self.query_one(Form).field
         if field is not None and self.draft is not None and field.path.startswith("effects."):
             self.draft.remove_effect(int(field.path.split(".")[1]))
-            self._update()
+            self.update_design()
 
     def action_copy(self) -> None:
         """Copy the value under the cursor."""
@@ -290,9 +292,9 @@ class DesignPanel(PagedPanel):
         if self.draft is None:
             self.notify("no design in the form: t takes that of a verdict or of the front, w writes the report")
         else:
-            DesignSaver(self.app, self.draft, self._update, then).save()
+            DesignSaver(self.app, self.draft, self.update_design, then).save()
 
     def save_as(self) -> None:
         """Ask for a file name and save the design there."""
         if self.draft is not None:
-            DesignSaver(self.app, self.draft, self._update).save_as()
+            DesignSaver(self.app, self.draft, self.update_design).save_as()

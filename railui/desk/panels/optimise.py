@@ -24,11 +24,13 @@ from railui.desk.panels.common import (
 )
 from railui.desk.panels.plan_panel import PlanPanel
 from railui.desk.panels.search_view import SearchView
+from railui.desk.panels.shelf_page import ShelfPage
 from railui.desk.presenters.search_history import GenerationSummary, SearchHistory
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.services.search_job import run_search
 from railui.desk.state.plan import Plan
 from railui.desk.state.run_conditions import RunConditions
+from railui.desk.state.shelf import ShelfFullError
 from railui.desk.widgets.dialogs import ProblemsDialog
 from railui.desk.widgets.form_pane import FormPane
 from railui.io.problems import FileProblems
@@ -53,6 +55,7 @@ class OptimisePanel(PlanPanel):
         Binding("d", "design", "From form", show=False, tooltip="plan with the design in the form"),
         Binding("x", "axis(0)", "x axis", tooltip="show the column under the cursor on the horizontal axis"),
         Binding("X", "axis(1)", "y axis", tooltip="show the column under the cursor on the vertical axis"),
+        Binding("m", "keep", "Keep", show=False, tooltip="put the selected design on the shelf of the Design panel"),
         Binding("r", "range", "Range", tooltip="axes over all designs, or over the front"),
         COPY,
     ]
@@ -64,7 +67,8 @@ Backspace restores its first value, `ctrl+z` and `ctrl+y` undo and redo.
 `s` starts, `p` pauses, `k` stops the search; every evaluation is stored in the directory of the plan, so that `s` or
 `railui optimise` resumes it. `f` shows the front on half of the screen, with a table of all objectives, variables and
 constraints and their limits; ‹ and › mark values at a limit. Up and down select a design, left and right a column: `x`
-and `X` put it on an axis of the front, `o` orders by it. `r` shows all feasible designs or the front alone. The cross
+and `X` put it on an axis of the front, `o` orders by it, `<` and `>` filter by it. `m` puts the design on the shelf.
+`r` shows all feasible designs or the front alone. The cross
 shows mean and standard deviation of the objectives on new seeds that the search did not use. `v` shows ride quality,
 spectra and convergence. `t` opens the design in the form, `f` returns to the plan.
 """
@@ -238,6 +242,21 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
         home = nominal.source.parent if nominal.source is not None else Path()
         new_path = home / f"{self.history.plan.file_stem}_front_{index + 1}.yaml"
         self.post_message(DesignOffered(description, design, nominal, new_path))
+
+    def action_keep(self) -> None:
+        """Put the selected design on the shelf."""
+        index = self.search_view.designs.index
+        values = self.history.design_values(index) if self.history else None
+        if self.history is None or values is None:
+            return
+        description = f"design {index + 1} of the front"
+        design = self.history.plan.design.with_values(values)
+        try:
+            item = self.app.query_one(ShelfPage).put(design, note=description, origin=self.history.plan.file_stem)
+        except ShelfFullError as error:
+            self.notify(str(error), severity="warning")
+            return
+        self.notify(f"{description} is {item.letter} on the shelf of the Design panel", timeout=3)
 
     def action_copy(self) -> None:
         self.search_view.designs.action_copy()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,7 +14,7 @@ from textual.widgets import Static
 
 from railui.desk.presenters.design_results import Comparison
 
-PAGES: Final = {"overview": "Overview", "stability": "Stability", "speed": "Speed"}
+PAGES: Final = {"overview": "Overview", "stability": "Stability", "speed": "Speed", "shelf": "Shelf"}
 GAP: Final = 2  # columns between two names
 
 
@@ -57,20 +58,32 @@ class ResultTabs(Static):
 
         page: str
 
-    def __init__(self, *, id: str) -> None:
-        super().__init__(id=id)
-        self.page = next(iter(PAGES))
+    def __init__(self, pages: Mapping[str, str] = PAGES, *, id: str) -> None:
+        """Create the line; pages: title by name."""
+        super().__init__(id=id, classes="page-tabs")
+        self.pages = pages
+        self.page = next(iter(pages))
         self.status = ""
 
     def on_mount(self) -> None:
         self.show(self.page)
 
+    @property
+    def _pad(self) -> str:
+        """Blanks around a title: none where the titles would not fit with them."""
+        needed = sum(len(title) + 1 + GAP for title in self.pages.values())
+        return " " if self.content_size.width >= needed or not self.content_size.width else ""
+
+    def on_resize(self) -> None:
+        self.show(self.page, self.status)
+
     def show(self, page: str, status: str = "") -> None:
         """Mark the page that is shown."""
         self.page, self.status = page, status
         text = Text(no_wrap=True, overflow="ellipsis")
-        for name, title in PAGES.items():
-            text.append(f" {title} ", "bold reverse" if name == page else "")
+        pad = self._pad
+        for name, title in self.pages.items():
+            text.append(f"{pad}{title}{pad}", "bold reverse" if name == page else "")
             text.append(" " * (GAP - 1))
         text.append(" [ ] ", "dim")
         text.append(status, "dim italic")
@@ -78,8 +91,8 @@ class ResultTabs(Static):
 
     def on_click(self, event: Click) -> None:
         start = 0
-        for name, title in PAGES.items():
-            end = start + len(title) + 1 + GAP
+        for name, title in self.pages.items():
+            end = start + len(title) + 2 * len(self._pad) + GAP - 1
             if start <= event.x < end:
                 self.post_message(self.Chosen(name))
             start = end

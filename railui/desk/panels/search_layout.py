@@ -13,7 +13,7 @@ from railui.desk.panels.common import PLOT_COLUMNS, PLOT_ROWS
 
 FRONT: Final = "front"
 TABLE: Final = "designs"
-DETAILS: Final = ("search-quality", "search-displacement", "search-comfort", "convergence")
+DETAILS: Final = ("search-quality", "parallel", "search-displacement", "search-comfort", "convergence")
 PARTS: Final = (FRONT, TABLE, *DETAILS)
 DETAIL_COLUMNS: Final = 46  # of the details, right of the front
 MIN_COLUMNS_WITH_DETAILS: Final = 132

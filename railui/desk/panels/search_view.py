@@ -18,6 +18,7 @@ from railui.desk.presenters.design_plots import comfort_spectrum, displacement_s
 from railui.desk.presenters.design_results import Comparison, DesignResults, evaluate_design
 from railui.desk.presenters.front_columns import FrontColumn, front_columns, front_table
 from railui.desk.presenters.front_plot import front_plot
+from railui.desk.presenters.parallel_plot import parallel_plot
 from railui.desk.presenters.ride_quality import comparison_text
 from railui.desk.presenters.search_history import SearchHistory
 from railui.desk.presenters.search_plots import convergence_plot, fresh_comparison, fresh_text, plan_text
@@ -66,6 +67,7 @@ class SearchView(Vertical):
         with Grid(id="search-parts"):
             yield Plot(NO_PLOT, "Pareto front", id="front")
             yield Table("Designs on the front", "no design yet", id="designs")
+            yield Plot(NO_PLOT, "Parallel co-ordinates", id="parallel")
             yield Plot(NO_PLOT, "Displacement spectrum", id="search-displacement")
             yield Plot(NO_PLOT, "Comfort spectrum", id="search-comfort")
             yield Pane("Selected design", id="search-quality")
@@ -139,7 +141,19 @@ class SearchView(Vertical):
         table = self.designs
         table.show(front_table(history, self.columns) if history is not None and self.columns else [])
         self._find_selected()
-        set_titles(table, sub=f"{table.row_count} designs · o order · x X axes" if table.row_count else "")
+        self._show_count()
+        self._plot_front()
+
+    def _show_count(self) -> None:
+        table = self.designs
+        shown, count = len(table.order), table.row_count
+        text = f"{count} designs" if shown == count else f"{shown} of {count} designs, u all"
+        set_titles(table, sub=f"{text} · o order · < > filter · x X axes" if count else "")
+
+    @on(Table.Filtered)
+    def _on_filtered(self, event: Table.Filtered) -> None:
+        event.stop()
+        self._show_count()
         self._plot_front()
 
     def _find_selected(self) -> None:
@@ -157,7 +171,9 @@ class SearchView(Vertical):
         plot, history = self.query_one("#front", Plot), self.history
         if history is None or not self.columns:
             plot.show(NO_PLOT)
+            self.query_one("#parallel", Plot).show(NO_PLOT)
             return
+        self.query_one("#parallel", Plot).show(parallel_plot(self.columns, self.designs.order, self.designs.index))
         plot.show(front_plot(history, self.columns, *self.axes, self.designs.index, self.shows_all))
         evaluations = history.generations[-1].evaluations if history.generations else 0
         count = f"{self.designs.row_count} of {evaluations} designs"

@@ -75,9 +75,21 @@ def critical_speeds_text(
         text.append("\n")
     decided = (current.get("ride") or {}).get("decided_by")
     if decided and width:
-        text.append(str(decided).removeprefix("unstable: ")[:width], "dim")
+        text.append(reason_text(str(decided), width), "dim")
     text.rstrip()
     return text
+
+
+def reason_text(reason: str, width: int) -> str:
+    """Return the reason of a speed limit in a line, shortened at a word.
+
+    >>> reason_text("unstable: comfort below the limit, with a flange margin of 2", 32)
+    'comfort below the limit ...'
+    """
+    text = reason.removeprefix("unstable: ")
+    if len(text) <= width:
+        return text
+    return text[: max(0, width - 4)].rsplit(" ", 1)[0].rstrip(",;:") + " ..."
 
 
 def _speed_cell(known: Mapping[str, Any] | None, is_computing: bool, has_both: bool) -> tuple[str, str]:

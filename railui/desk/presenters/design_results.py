@@ -30,6 +30,7 @@ CURVE_RADII: Final = (250.0, 300.0, 400.0, 500.0, 600.0, 800.0, 1000.0, 1500.0, 
 MIN_OSCILLATION_FREQUENCY: Final = 0.5  # rad/s; slower modes are not shown
 MIN_FREQUENCY: Final = 0.1  # Hz, of the spectra
 MAX_FREQUENCY: Final = 40.0  # Hz
+MAX_FALL: Final = 1e-4  # of a spectral density within a third of an octave, below which it is rounding error
 CHANNELS: Final = ("e1", "e2", "ayf")
 
 
@@ -171,5 +172,18 @@ def _spectral_densities(
         f, density[name] = welch(x if len(x) >= segment else np.zeros(segment), 1.0 / dt, segment)
     transfer = comfort_point_transfer(riding_of_row(model, model.row)).modulus(f)
     density["comfort"] = density["ayf"] * transfer**2
-    shown = (f > MIN_FREQUENCY) & (f <= MAX_FREQUENCY)
+    shown = (f > MIN_FREQUENCY) & (f <= min(MAX_FREQUENCY, last_excited_frequency(f, density["e1"])))
     return f[shown], {name: np.where(x[shown] > 0, x[shown], np.nan) for name, x in density.items()}
+
+
+def last_excited_frequency(f: FloatArray, density: FloatArray) -> float:
+    """Return the frequency [Hz] at which a spectral density falls to rounding errors, or the last one.
+
+    A synthetic track has no irregularities beyond its shortest wavelength. There the density falls by MAX_FALL within a
+    third of an octave, which no suspension does.
+    """
+    for i in np.flatnonzero((f > MIN_FREQUENCY) & (density > 0)):
+        before = density[(f >= f[i] / 2 ** (1 / 3)) & (f < f[i])]
+        if len(before) and density[i] < MAX_FALL * before.max():
+            return float(f[i - 1])
+    return float(f[-1])

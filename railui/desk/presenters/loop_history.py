@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 from railui.campaign.campaign import Campaign
 from railui.campaign.dataset import Dataset
+from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
 from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.identification.estimation.noise_floor import NoiseFloor
@@ -15,10 +17,19 @@ from railui.identification.events import FitIteration, ModelValidated, ScoreTest
 from railui.identification.structure.evidence import ScoreResult, signed_rho
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.score_test import ScoreTestResult
+from railui.report.loop.data_faults import CheckedData
 from railui.vehicle.model import Model
 
 MIN_REDRAW_INTERVAL: Final = 0.1  # s between two updates of the ranking
 ERRORS, PARAMETERS, RANKING = "errors", "parameters", "ranking"
+
+
+@dataclass(eq=False)
+class Ranking:
+    """Candidates of one score test: the score of each, and the residual sums of squares of those that were refitted."""
+
+    scores: dict[Any, ScoreResult] = field(default_factory=dict)
+    refits: dict[Any, float] = field(default_factory=dict)
 
 
 class LoopHistory:
@@ -32,16 +43,27 @@ class LoopHistory:
         self.errors: dict[str, Mapping[str, float]] = {}
         self.totals: dict[str, float] = {}
         self.iteration: FitIteration | None = None
-        self.scores: dict[Any, ScoreResult] = {}
-        self.refits: dict[Any, float] = {}
+        self.rankings = [Ranking()]  # of every score test, the last one in progress
         self.fitted_model: Model | None = None
         self.dataset: Dataset | None = None
         self.findings: Sequence[Finding] = ()
+        self.diagnosis: Diagnosis | None = None  # of the data, once they are checked
+        self.stopped: CheckedData | None = None  # data with a fault at which the loop stopped
         self.read_error = ""
         self.finished: FinishedLoop | None = None
         self.lines: list[str] = []
         self.activity = ""
         self._last_redraw = 0.0
+
+    @property
+    def scores(self) -> dict[Any, ScoreResult]:
+        """Scores of the last ranking."""
+        return self.rankings[-1].scores
+
+    @property
+    def refits(self) -> dict[Any, float]:
+        """Residual sums of squares of the candidates of the last ranking that were refitted."""
+        return self.rankings[-1].refits
 
     def add_event(self, event: object) -> str:
         """Add an event and return the part that it changes: errors, parameters, ranking, or an empty string."""
@@ -71,9 +93,10 @@ class LoopHistory:
         """Add the result of the loop."""
         self.finished = finished
         self.activity = ""
-        validation = finished.result.validations["after"]
+        for model in ("declared", "before", "after"):  # on the whole validation runs, those before on a part of them
+            validation = finished.result.validations[model]
+            self._set_error(model, validation.channels, validation.nrmse)
         floor = finished.result.noise_floor
-        self._set_error("after", validation.channels, validation.nrmse)
         self._set_error("floor", floor.channels, floor.nrmse)
 
     def _set_error(self, model: str, channels: Mapping[str, float], total: float) -> None:
@@ -82,8 +105,8 @@ class LoopHistory:
 
     def _add_scores(self, event: ScoreTestProgress) -> str:
         """Add the results of a batch of candidates; the best one counts for every candidate."""
-        if event.done == 1:
-            self.scores, self.refits = {}, {}
+        if event.done == 1 and self.scores:
+            self.rankings.append(Ranking())
         self.activity = f"score test: {100 * event.done // event.total} % of the candidates"
         for score in event.results:
             best = self.scores.get(score.candidate)

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from railui.desk.presenters.loop_history import LoopHistory, candidate_text
+from railui.desk.presenters.loop_history import LoopHistory, Ranking, candidate_text
 from railui.desk.presenters.loop_text import error_text, short_path
 from railui.desk.state.form_rows import symbol_text
 from railui.desk.widgets.bars import Bar
@@ -87,11 +87,16 @@ def _unit(history: LoopHistory, path: str) -> str:
 def ranking_rows(history: LoopHistory, is_narrow: bool) -> list[Bar]:
     """Return a row per candidate in the order of its score; after the loop in the order of the report."""
     if history.finished is not None:
-        return _reported_rows(history.finished.report["ranking"])
-    best_rss = min(history.refits.values(), default=1.0)
+        return reported_rows(history.finished.report["ranking"])
+    return live_ranking_rows(history.rankings[-1], is_narrow)
+
+
+def live_ranking_rows(ranking: Ranking, is_narrow: bool) -> list[Bar]:
+    """Return a row per candidate of one score test in the order of its score."""
+    best_rss = min(ranking.refits.values(), default=1.0)
     rows = []
-    for score in sorted(history.scores.values(), key=lambda s: -signed_rho(s))[:MAX_RANKING_ROWS]:
-        rss = history.refits.get(score.candidate)
+    for score in sorted(ranking.scores.values(), key=lambda s: -signed_rho(s))[:MAX_RANKING_ROWS]:
+        rss = ranking.refits.get(score.candidate)
         text = f"{score.rho:+.3f}"
         if not is_narrow:
             text += " " * 9 if rss is None else f"  x{min(rss / best_rss, MAX_MISFIT_RATIO):6.2f}"
@@ -116,17 +121,19 @@ def ranking_caption(history: LoopHistory) -> str:
     return "rho" if history.scores else ""
 
 
-def _reported_rows(ranking: Sequence[Mapping[str, Any]]) -> list[Bar]:
+def reported_rows(ranking: Sequence[Mapping[str, Any]]) -> list[Bar]:
+    """Return a row per candidate in the order of the report."""
     rows = []
     for i, row in enumerate(ranking[:MAX_RANKING_ROWS]):
         frequency = f" {100 * row['weight']:3.0f} %" if row["weight"] else " " * 6
         text = f"{row['rho']:+.3f} {row['nrmse']:.3f}{frequency}"
         role = "current" if row["refitted"] else "base"
-        rows.append(Bar(_reported_name(row), abs(row["rho"]), text, is_emphasised=i == 0, role=role))
+        rows.append(Bar(candidate_name(row), abs(row["rho"]), text, is_emphasised=i == 0, role=role))
     return rows
 
 
-def _reported_name(row: Mapping[str, Any]) -> str:
+def candidate_name(row: Mapping[str, Any]) -> str:
+    """Return the name of an effect in a report."""
     kind = "no effect" if row["kind"] == "none" else row["kind"].replace("_", " ")
     if not row["at"]:
         return kind if row["kind"] == "none" else f"{kind} added"

@@ -131,9 +131,13 @@ def details_text(history: LoopHistory) -> Text:
         checks = Text("reading the runs", "dim")
     if history.finished is None:
         return checks
-    report = history.finished.report
+    return evidence_text(history.finished.report).append("\n\n").append_text(checks)
+
+
+def evidence_text(report: Mapping[str, Any]) -> Text:
+    """Return the lines below a verdict: independent test, rivals, identifiability, notes."""
     summary = Text("\n".join(summary_lines(report)) + "\n\n")
-    return summary.append_text(identifiability_text(report)).append("\n\n").append_text(checks)
+    return summary.append_text(identifiability_text(report))
 
 
 # identifiability and hunting

@@ -54,13 +54,14 @@ EXTRA_ROWS = (
     Row("flange_fraction_gaussian", "flange time, Gaussian", "", "%", 1),
     Row("guiding_force", "sum Y, R 600 m", "", "N", 1),
 )
+ALL_ROWS = (*MAIN_ROWS, *EXTRA_ROWS)
 
 
 def quality_values(results: DesignResults) -> dict[str, Any]:
     """Return the values of all rows by key."""
     quality = results.quality
     sd = quality["statistics"].get("sd_e", (None, None))
-    values: dict[str, Any] = {row.key: quality.get(row.key) for row in (*MAIN_ROWS, *EXTRA_ROWS)}
+    values: dict[str, Any] = {row.key: quality.get(row.key) for row in ALL_ROWS}
     values |= {
         "linear_critical_speed": results.critical_speed,
         "linear_damping": results.linear_damping,
@@ -72,6 +73,20 @@ def quality_values(results: DesignResults) -> dict[str, Any]:
         leading = results.guiding_force[CURVE_RADII.index(GUIDING_FORCE_RADIUS), 0]
         values["guiding_force"] = float(abs(leading))
     return values
+
+
+def quality_csv(current: DesignResults, base: DesignResults) -> str:
+    """Return the values of all rows as CSV: quantity, unit, design, base; in SI."""
+    values, others = quality_values(current), quality_values(base)
+    rows = [
+        f"{row.name.replace(',', '')},{row.unit},{_number(values[row.key])},{_number(others[row.key])}"
+        for row in ALL_ROWS
+    ]
+    return "\n".join(["quantity,unit,design,base", *rows]) + "\n"
+
+
+def _number(value: Any) -> str:
+    return "" if value is None else f"{value:.9g}"
 
 
 def comparison_text(current: DesignResults, base: DesignResults, width: int) -> Text:
@@ -100,16 +115,17 @@ def _append_row(
 ) -> None:
     columns = 10 if is_narrow else 11
     text.append(f"{row.short_name:13}" if is_narrow else f"{row.name:22}")
-    text.append(f"{_value_text(values[row.key], row.unit):>{columns}}", "bold")
+    text.append(f"{value_text(values[row.key], row.unit):>{columns}}", "bold")
     if base_values is None:
         text.append("" if is_narrow else " " * (columns + 2))
         return
-    base = _value_text(base_values[row.key], row.unit)
+    base = value_text(base_values[row.key], row.unit)
     text.append(f"{base.split(' ')[0]:>7}" if is_narrow else f"{base:>{columns}}", "dim")
     text.append(*_arrow(values[row.key], base_values[row.key], row.sign))
 
 
-def _value_text(value: Any, unit: str) -> str:
+def value_text(value: Any, unit: str) -> str:
+    """Return a value of the table with its unit."""
     if value is None:
         return "none"
     if unit == "%":

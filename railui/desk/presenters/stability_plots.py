@@ -108,7 +108,7 @@ def modes_text(
     """Return a row per mode: number and name in the colour of its line, frequency, damping, loss of stability."""
     text = Text(no_wrap=True, overflow="ellipsis")
     is_wide = width >= MIN_WIDE_COLUMNS
-    names = max(12, min(34, width - (36 if is_wide else 20)))
+    names = max(12, min(34, width - (43 if is_wide else 20)))  # less the columns after it
     header = f"{'':2}{'mode':{names}}{'f [Hz]':>8}{'damping':>9}"
     text.append(header + (f"{'base' if base else '':>8}  {'unstable':14}" if is_wide else ""), "dim")
     before = {mode.name: mode for mode in base}

@@ -20,7 +20,9 @@ from railui.io.atomic import write_bytes
 SCHEMA: Final = "railui.desk-session/1"
 MIN_WRITE_INTERVAL: Final = 0.2  # s between two writes
 FLUSH_SECONDS: Final = 5.0  # s to wait for the last writes
-CONTENT_FILES: Final = ("form.json", "plan.json", "search.json", "verdict.json", "verdict.pickle")
+VERDICT_PARTS: Final = ("verdict", *(f"verdict-{number}" for number in range(2, 9)))  # one for each campaign
+PARTS: Final = ("form", "search", "plan", "shelf", *VERDICT_PARTS)
+CONTENT_FILES: Final = (*(f"{part}.json" for part in PARTS), *(f"{part}.pickle" for part in VERDICT_PARTS))
 
 Content = dict[str, Any] | bytes
 
@@ -152,7 +154,7 @@ def sessions_directory() -> Path:
 
 def has_content(directory: Path) -> bool:
     """True if a session directory has a part to offer."""
-    return any((directory / f"{part}.json").exists() for part in ("form", "search", "plan", "verdict"))
+    return any((directory / f"{part}.json").exists() for part in PARTS)
 
 
 def ended_sessions() -> list[EndedSession]:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from railui.desk.widgets.axis import Scale
 from railui.desk.widgets.bars import Bar
 from railui.desk.widgets.plot_data import SERIES_COUNT, PlotData, drawn_lines, series_role
+from railui.desk.widgets.table import Column
 from railui.io.atomic import write_bytes, write_text
-from railui.report.figures.drawing import BLUE, GREY, ORANGE, draw_picture
+from railui.report.figures.drawing import BLUE, GREY, ORANGE, STYLE, draw_picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +23,8 @@ PICTURE_INCHES: Final = (6.4, 3.4)
 COLOURS: Final = {"current": BLUE, "base": GREY, "other": ORANGE, "limit": ORANGE} | {
     series_role(k): f"C{k}" for k in range(SERIES_COUNT)
 }
-SUFFIXES: Final = (".svg", ".csv")
+SUFFIXES: Final = (".svg", ".png", ".csv")
+PNG_DPI: Final = 200
 
 
 def file_name(title: str, suffix: str) -> str:
@@ -48,12 +50,32 @@ def bars_table(rows: Sequence[Bar]) -> str:
     return _csv([["name", "fraction", "text"], *([row.name, f"{row.fraction:.6g}", row.text] for row in rows)])
 
 
+def table_csv(columns: Sequence[Column], order: Sequence[int]) -> str:
+    """Return a table as CSV: headings in one line, rows in the order shown."""
+    heads = [" ".join(head for head in column.heads if head) for column in columns]
+    return _csv([heads, *([column.cells[row] for column in columns] for row in order)])
+
+
 def write_plot(path: Path, title: str, data: PlotData, scales: tuple[Scale, Scale]) -> Path:
-    """Write a plot in the shown window as SVG, or its lines as CSV, by the ending of the path."""
+    """Write a plot in the shown window as SVG or PNG, or its lines as CSV, by the ending of the path."""
     if path.suffix == ".csv":
         return write_text(path, plot_table(data))
+    if path.suffix == ".png":
+        return write_bytes(path, _png(lambda ax: _draw(ax, title, data, scales)))
     picture = draw_picture(title, title, PICTURE_INCHES, lambda ax: _draw(ax, title, data, scales))
     return write_bytes(path, picture.svg)
+
+
+def _png(draw: Callable[[Axes], None]) -> bytes:
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=PICTURE_INCHES, layout="constrained")
+        draw(figure.add_subplot())
+        out = io.BytesIO()
+        figure.savefig(out, format="png", dpi=PNG_DPI, metadata={"Software": None})
+    return out.getvalue()
 
 
 def _draw(ax: Axes, title: str, data: PlotData, scales: tuple[Scale, Scale]) -> None:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import copyreg
 import io
 import pickle
 from collections.abc import Sequence
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, field, is_dataclass, replace
 from enum import Enum
 from typing import Any, Final
 
 import railui
+from railui.campaign.segment import Segment
 from railui.core.batch import ZeroPhaseFilter
+from railui.desk.presenters.loop_history import Ranking
 from railui.desk.presenters.loop_plots import FinishedLoop
+from railui.identification.result import LoopResult
+from railui.identification.structure.refit import Refit
 from railui.progress import SILENT, Progress
 
 SILENT_PROGRESS: Final = "silent progress"  # in place of the receiver of the loop's messages, which has ended
@@ -27,7 +32,7 @@ class VerdictUnreadableError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class StoredVerdict:
-    """Finished loop, the lines of its log, and errors and parameters as they were shown."""
+    """Finished loop, the lines of its log, and errors, parameters and rankings as they were shown."""
 
     finished: FinishedLoop
     lines: Sequence[str]
@@ -35,9 +40,17 @@ class StoredVerdict:
     totals: dict[str, float]
     iteration: Any
     findings: Sequence[Any]
+    rankings: Sequence[Ranking] = field(default_factory=list)
 
 
 class _Writer(pickle.Pickler):
+    """Writer that leaves out the input tables of segments, which are computed again where they are needed."""
+
+    def reducer_override(self, obj: Any) -> Any:
+        if type(obj) is not Segment:
+            return NotImplemented
+        return copyreg.__newobj__, (Segment,), vars(obj) | {"tables": {}}  # type: ignore[attr-defined]
+
     def persistent_id(self, obj: Any) -> str | None:
         return SILENT_PROGRESS if isinstance(obj, Progress) else None
 
@@ -64,10 +77,29 @@ class _Reader(pickle.Unpickler):
 
 def verdict_bytes(verdict: StoredVerdict) -> bytes:
     """Return a verdict as bytes."""
+    finished = replace(verdict.finished, result=_without_blocks(verdict.finished.result))
     buffer = io.BytesIO()
     writer = _Writer(buffer, protocol=pickle.HIGHEST_PROTOCOL)
-    writer.dump((railui.__version__, verdict))
+    writer.dump((railui.__version__, replace(verdict, finished=finished)))
     return buffer.getvalue()
+
+
+def _without_blocks(result: LoopResult) -> LoopResult:
+    """Return a result whose refits have one block: their blocks serve the comparison of rivals, which is in the report.
+
+    The misfit of a refit and its covariance stay the same; the models before and after the effects keep their blocks.
+    """
+    steps = tuple(
+        replace(step, refits=tuple(_without_block(refit, result) for refit in step.refits)) for step in result.steps
+    )
+    return replace(result, steps=steps)
+
+
+def _without_block(refit: Refit, result: LoopResult) -> Refit:
+    if refit.fit is result.after or refit.fit is result.before:
+        return refit
+    normal = refit.fit.normal
+    return replace(refit, fit=replace(refit.fit, normal=replace(normal, gram=normal.total[None, None])))
 
 
 def read_verdict(data: bytes) -> StoredVerdict:

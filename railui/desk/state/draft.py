@@ -146,6 +146,12 @@ class Draft:
         if state.design != state.base:
             self.states.push(replace(state, design=state.base, base=state.design), "exchange of design and base")
 
+    def take(self, design: Design, base: Design, description: str) -> None:
+        """Replace the design and its base; the file and the run conditions stay."""
+        if self.file is not None:
+            design = replace(design, source=self.file.source, sha256=self.file.sha256)
+        self.states.push(replace(self.states.current, design=design, base=base), description)
+
     # file
 
     def changes(self) -> dict[str, Any]:

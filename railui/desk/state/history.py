@@ -35,6 +35,11 @@ class History(Generic[State]):
         """Current state."""
         return self.revisions[self.index].state
 
+    def descriptions(self) -> tuple[str, ...]:
+        """Return what led to the current state, the same description once in a row."""
+        texts = [revision.description for revision in self.revisions[: self.index + 1]]
+        return tuple(text for i, text in enumerate(texts) if not i or text != texts[i - 1])
+
     def push(self, state: State, description: str, gesture: str = "") -> None:
         """Add a state; replace the last one if it has the same gesture. States that were undone are discarded."""
         last = self.revisions[self.index]

@@ -10,6 +10,7 @@ from typing import Any, Final
 from railui.desk.state.draft import Draft
 from railui.desk.state.plan import Plan
 from railui.desk.state.run_conditions import RunConditions
+from railui.desk.state.shelf import Shelf, ShelfItem
 from railui.documents.saving import design_text
 from railui.io.problems import FileProblems
 from railui.optimisation.study_reader import load_study
@@ -80,6 +81,29 @@ def restore_plan(content: Mapping[str, Any]) -> Plan:
         **{key: content[key] for key in PLAN_KEYS},
         study=study,
     )
+
+
+def shelf_content(shelf: Shelf) -> dict[str, Any]:
+    """Return the designs of the shelf as JSON."""
+    texts = ("letter", "note", "origin", "time")
+    return {
+        "items": [
+            {key: getattr(item, key) for key in texts}
+            | {"history": list(item.history), "design": _design_content(item.design)}
+            for item in shelf.items
+        ]
+    }
+
+
+def restore_shelf(content: Mapping[str, Any]) -> list[ShelfItem]:
+    """Return the designs of a stored shelf; raise FileProblems, KeyError or TypeError if they cannot be read."""
+    return [
+        ShelfItem(
+            str(row["letter"]), _read_design(row["design"]), str(row["note"]), str(row["origin"]), str(row["time"]),
+            tuple(map(str, row["history"])),
+        )
+        for row in content["items"]
+    ]  # fmt: skip
 
 
 def _design_content(design: Design) -> dict[str, Any]:

@@ -26,7 +26,7 @@ class Column:
     """Column of a table.
 
     heads: lines above it; short_heads: the same in few characters; cells: texts; values: numbers by which rows are
-    ordered; marks: a character after each cell, such as › at an upper bound.
+    ordered; marks: a character after each cell, such as › at an upper bound; is_text: the cells are words.
     """
 
     heads: tuple[str, ...]
@@ -34,6 +34,11 @@ class Column:
     cells: tuple[str, ...]
     values: tuple[float, ...]
     marks: str = ""
+    is_text: bool = False
+
+    def padded(self, text: str, width: int) -> str:
+        """Return a head or a cell in a width: words at the left, numbers at the right."""
+        return f"{text:<{width}}" if self.is_text else f"{text:>{width}}"
 
     def width(self, is_short: bool) -> int:
         """Return the width that it needs."""
@@ -54,11 +59,15 @@ class Table(ScrollView, can_focus=True):
         ("left", "column(-1)", "Column left"),
         ("right", "column(1)", "Column right"),
         ("o", "order", "Order by this column"),
+        ("less_than_sign", "filter(True)", "At most this value"),
+        ("greater_than_sign", "filter(False)", "At least this value"),
+        ("u", "unfilter", "All rows"),
         ("y", "copy", "Copy table"),
     )
     HELP = """
 **Table**: up and down move through the rows, left and right through the columns; `o` or a click on a heading orders the
-rows by that column, again in the other direction. `y` copies the table.
+rows by that column, again in the other direction. `<` and `>` show only rows whose value in this column is at most, or
+at least, that of the row under the cursor; `u` shows all rows again. `y` copies the table.
 """
 
     @dataclass
@@ -73,6 +82,12 @@ rows by that column, again in the other direction. `y` copies the table.
             """Widget that sent the message."""
             return self.table
 
+    @dataclass
+    class Filtered(Message):
+        """Other rows are shown."""
+
+        table: Table
+
     def __init__(self, title: str, placeholder: str = "", *, id: str | None = None) -> None:
         super().__init__(id=id, classes="pane")
         self.border_title = title
@@ -82,6 +97,7 @@ rows by that column, again in the other direction. `y` copies the table.
         self.line = 0  # under the cursor
         self.column = 1  # under the cursor
         self.ordered_by: tuple[int, bool] | None = None  # column, descending
+        self.filters: list[tuple[int, bool, float]] = []  # column, whether at most, value
         self.first = 1  # column after the one that stays
 
     @property
@@ -102,16 +118,23 @@ rows by that column, again in the other direction. `y` copies the table.
         self.first = min(self.first, self.column)
         if self.ordered_by is not None and self.ordered_by[0] >= len(columns):
             self.ordered_by = None
+        self.filters = [each for each in self.filters if each[0] < len(columns)]
         self._reorder()
-        self.line = self.order.index(index) if is_same_size else min(self.line, max(0, self.row_count - 1))
-        self.virtual_size = Size(0, self.row_count + self.head_count)
+        is_shown = is_same_size and index in self.order
+        self.line = self.order.index(index) if is_shown else min(self.line, max(0, len(self.order) - 1))
+        self.virtual_size = Size(0, len(self.order) + self.head_count)
         self.refresh()
 
     def _reorder(self) -> None:
-        self.order = list(range(self.row_count))
+        self.order = [row for row in range(self.row_count) if self._is_shown(row)]
         if self.ordered_by is not None:
             column, descending = self.ordered_by
             self.order.sort(key=lambda i: self.columns[column].values[i], reverse=descending)
+
+    def _is_shown(self, row: int) -> bool:
+        """True if a row fulfils every filter; the value of the filter itself counts."""
+        values = ((self.columns[column].values[row], is_at_most, value) for column, is_at_most, value in self.filters)
+        return all(v <= value if is_at_most else v >= value for v, is_at_most, value in values)
 
     # drawing
 
@@ -166,7 +189,8 @@ rows by that column, again in the other direction. `y` copies the table.
             if y == 0 and self.ordered_by is not None and self.ordered_by[0] == i:
                 text = f"{'v' if self.ordered_by[1] else '^'} {text}"[: width - 1]
             is_current = i == self.column and self.has_focus
-            segments.append(Segment(f"{text:>{width - 1}} ", style["column" if is_current else "head"]))
+            text = self.columns[i].padded(text, width - 1)
+            segments.append(Segment(f"{text} ", style["column" if is_current else "head"]))
             segments.append(Segment(" " * (GAP - 1), style["head"]))
         return segments
 
@@ -177,7 +201,8 @@ rows by that column, again in the other direction. `y` copies the table.
         for i in self.shown_columns():
             column = self.columns[i]
             mark = column.marks[row] if column.marks else " "
-            segments.append(Segment(f"{column.cells[row]:>{column.width(self.is_short) - 1}}", style["text"]))
+            cell = column.padded(column.cells[row], column.width(self.is_short) - 1)
+            segments.append(Segment(cell, style["text"]))
             segments.append(Segment(mark.translate(PLAIN_MARKS) if is_plain else mark, style["mark"]))
             segments.append(Segment(" " * (GAP - 1), style["text"]))
         return segments
@@ -194,7 +219,9 @@ rows by that column, again in the other direction. `y` copies the table.
             self._move_to(self.order.index(index))
 
     def place(self, index: int) -> None:
-        """Move the cursor to a row without a message."""
+        """Move the cursor to a row without a message, if it is shown."""
+        if index not in self.order:
+            return
         self.line = self.order.index(index)
         self._show_cursor()
         self.refresh()
@@ -206,8 +233,26 @@ rows by that column, again in the other direction. `y` copies the table.
     def _show_cursor(self) -> None:
         self.scroll_to_region(Region(0, self.line, 1, 1 + self.head_count), animate=False)
 
+    def action_filter(self, is_at_most: bool) -> None:
+        if self.order:
+            value = self.columns[self.column].values[self.index]
+            if value == value:  # a missing value limits nothing
+                self._filter([*self.filters, (self.column, is_at_most, value)])
+
+    def action_unfilter(self) -> None:
+        self._filter([])
+
+    def _filter(self, filters: list[tuple[int, bool, float]]) -> None:
+        index, self.filters = self.index, filters
+        self._reorder()
+        self.line = self.order.index(index) if index in self.order else 0
+        self.virtual_size = Size(0, len(self.order) + self.head_count)
+        self._show_cursor()
+        self.refresh()
+        self.post_message(self.Filtered(self))
+
     def on_resize(self) -> None:
-        self.virtual_size = Size(0, self.row_count + self.head_count)  # short headings have fewer lines
+        self.virtual_size = Size(0, len(self.order) + self.head_count)  # short headings have fewer lines
         self.call_after_refresh(self._show_cursor)
 
     def action_column(self, by: int) -> None:

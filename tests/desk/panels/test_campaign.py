@@ -7,14 +7,24 @@ import shutil
 from pathlib import Path
 
 import pytest
+from textual.message import Message
 from textual.widgets import Static
 
-from railui.desk.messages import DesignOffered
+from railui.campaign.campaign import Campaign, load_campaign
+from railui.campaign.dataset import read_dataset
+from railui.campaign.faults.fault import Diagnosis
+from railui.desk.messages import DesignOffered, JobDone
+from railui.desk.panels import loop_panel
 from railui.desk.panels.campaign import CampaignPanel
+from railui.desk.panels.correcting import corrections_of_line
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
+from railui.desk.services.jobs import BackgroundJob
+from railui.desk.services.loop_job import StoppedLoop
 from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.dialogs import InputDialog, ProblemsDialog, QuestionDialog
+from railui.desk.widgets.table import Table
+from railui.report.loop.data_faults import CheckedData
 from railui.ride_quality.evaluation import ride
 from railui.vehicle.design_reader import load_design
 from tests.desk.conftest import REPOSITORY, OpenDesk
@@ -48,6 +58,7 @@ async def test_a_campaign_is_calibrated_and_its_design_taken_within_five_keys(
         assert f"{words.count('determined')} determined" in str(panel.query_one("#verdict").border_title)
         assert "determined roughly: roll leading" in details(panel)
         assert panel.history.totals["after"] < 0.2 * panel.history.totals["before"]
+        check_verdict_page(panel)
         await keys.press("t")
         assert design.draft is not None and design.draft.is_modified
         assert design.draft.design.adjustment is not None
@@ -86,7 +97,17 @@ async def test_a_campaign_is_calibrated_and_its_design_taken_within_five_keys(
         await keys.press("r")
         assert panel.finished is not None and panel.finished.report["sentence"] == sentence
         assert {bar.name: bar.text for bar in panel.query_one("#errors", Bars).rows} == errors
-        assert panel.query_one("#parameters", Bars).rows
+        await keys.press("left_square_bracket")
+        assert panel.page == "loop" and panel.query_one("#parameters", Bars).rows
+        await keys.press("right_square_bracket")
+        assert stored_size(keys.desk.session.autosave.directory.parent) < 20e6
+        rankings = panel.query_one("#rankings", Bars)
+        reported = rankings.rows
+        await keys.press("r")
+        assert "Score test 1 of 1" in str(rankings.border_title) and rankings.rows != reported
+        assert rankings.rows[0].name == "free play, primary lateral"
+        await keys.press("r")
+        assert rankings.rows == reported
         await keys.press("s")  # another loop would replace the verdict
         assert isinstance(keys.desk.screen, QuestionDialog) and "not written" in keys.desk.screen.question
         await keys.press("w")
@@ -99,8 +120,35 @@ async def test_a_campaign_is_calibrated_and_its_design_taken_within_five_keys(
         assert draft is not None and draft.design.content() == saved.content()
 
 
-async def test_data_faults_are_shown_before_the_fit(open_desk: OpenDesk, tmp_path: Path) -> None:
+def check_verdict_page(panel: CampaignPanel) -> None:
+    """Check the page of the verdict against the report."""
+    assert panel.page == "verdict-page" and panel.finished is not None
+    report = panel.finished.report
+    stages = str(panel.query_one("#stages", Static).content)
+    for key in ("declared", "before", "after"):
+        assert f"{report[key]['nrmse']:.3f}" in stages
+    assert "EFFECT IDENTIFIED" in str(panel.query_one("#verdict-sentence", Static).content)
+    shares = {row.name: row.fraction for row in panel.query_one("#shares", Bars).rows}
+    nominal, before, after = (report[key]["nrmse"] ** 2 for key in ("declared", "before", "after"))
+    assert shares["removed by calibration"] == pytest.approx((nominal - before) / nominal)
+    assert shares["removed by the effects"] == pytest.approx((before - after) / nominal)
+    assert sum(shares.values()) == pytest.approx(1.0)
+    rivals = panel.query_one("#rivals", Bars).rows
+    assert len(rivals) == len(report["rivals"]) - 1
+    assert [row.text.split()[-1] for row in rivals] == [
+        "undecided" if row["undecided"] else "rejected" for row in report["rivals"][1:]
+    ]
+    assert len(panel.query_one("#next-runs", Bars).rows) == len(report["next_runs"])
+
+
+def stored_size(sessions: Path) -> int:
+    """Return the size of the largest stored verdict."""
+    return max(file.stat().st_size for file in sessions.glob("*/verdict*.pickle"))
+
+
+async def test_data_faults_are_shown_before_the_fit_and_corrected_by_a_key(open_desk: OpenDesk, tmp_path: Path) -> None:
     campaign = Path(shutil.copytree(CAMPAIGN, tmp_path / "campaign"))
+    declared = (campaign / "campaign.yaml").read_text()
     head, *rows = gzip.decompress((campaign / "run_a.csv.gz").read_bytes()).decode().splitlines()
     column = head.split(",").index("e1 [m]")
     cells = [row.split(",") for row in rows]
@@ -117,6 +165,56 @@ async def test_data_faults_are_shown_before_the_fit(open_desk: OpenDesk, tmp_pat
             in details(panel)
         )
         assert "1 serious" in str(panel.query_one("#details").border_title)
+        await keys.pilot.press("s")  # the loop stops before any fit
+        await keys.wait_until(lambda: panel.history.stopped is not None)
+        await keys.wait_until_idle()
+        assert panel.page == "verdict-page" and panel.job is None
+        assert "DATA FAULT" in str(panel.query_one("#verdict-sentence", Static).content)
+        await keys.pilot.press("f")
+        await keys.wait_until(lambda: panel.history.iteration is not None)  # the corrected data are fitted
+        assert panel.history.stopped is None
+        await keys.pilot.press("k")
+        await keys.wait_until(lambda: panel.job is None)
+        assert (campaign / "campaign.yaml").read_text() == declared
+
+
+async def test_a_correction_that_was_chosen_is_that_of_its_line() -> None:
+    campaign = load_campaign(CAMPAIGN)
+    chosen = corrections_of_line("sensors: {e1: {delay: 80.2 ms}, track_offset: 0.3 m}", campaign)
+    assert chosen.channels[0].delay == pytest.approx(0.0802) and chosen.track_offset == {"": 0.3}
+
+
+async def test_several_campaigns_are_listed_and_run_one_after_another(
+    open_desk: OpenDesk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = [Path(shutil.copytree(CAMPAIGN, tmp_path / name)) for name in ("a", "b")]
+    checked = []
+
+    def stop_at_once(job: BackgroundJob, campaign: Campaign, **_: bool) -> Message:
+        checked.append(campaign.source.parent.name)
+        data = CheckedData(read_dataset(campaign), Diagnosis(), Diagnosis(), False, True, 0.0)
+        return JobDone(job.name, StoppedLoop({"sentence": f"stopped {checked[-1]}"}, data))
+
+    monkeypatch.setattr(loop_panel, "run_loop", stop_at_once)
+    async with open_desk(paths[0]) as keys:
+        panel = keys.desk.query_one(CampaignPanel)
+        keys.desk.open(paths[1])
+        await keys.wait_until_idle()
+        assert [entry.path.parent.name for entry in panel.entries] == ["a", "b"]
+        await keys.press("right_square_bracket", "right_square_bracket", "S")
+        await keys.wait_until(lambda: len(checked) == 2 and panel.job is None)
+        await keys.wait_until_idle()
+        assert checked == ["a", "b"]
+        table = panel.query_one("#campaigns", Table)
+        assert table.table_text().count("data fault") == 2
+        await keys.press("up")
+        assert panel.campaign is not None and panel.campaign.source.parent.name == "a"
+        assert "stopped a" in str(panel.query_one("#verdict", Static).content)
+        await keys.press("enter")
+        assert panel.page == "loop"
+        keys.desk.open(paths[0])  # again: the list keeps one entry of a campaign
+        await keys.wait_until_idle()
+        assert len(panel.entries) == 2 and panel.history.stopped is None
 
 
 async def test_a_loop_is_paused_and_stopped(open_desk: OpenDesk) -> None:

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from railui.desk.panels.optimise import OptimisePanel
+from railui.desk.panels.shelf_page import ShelfPage
 from railui.desk.presenters.front_columns import front_columns
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.table import Table
-from tests.desk.conftest import OpenDesk
+from tests.desk.conftest import Keyboard, OpenDesk
 
 pytestmark = pytest.mark.asyncio
 PATHS = ("vehicle.primary.lateral_stiffness", "vehicle.secondary.lateral_damping", "vehicle.secondary.yaw_damping")
@@ -31,6 +32,26 @@ def study(bogie: Path) -> Path:
         "method: {kind: nsga2, population: 24, generations: 6, seed: 1}\n"
     )
     return path
+
+
+async def check_filter_parallel_and_shelf(keys: Keyboard, panel: OptimisePanel) -> None:
+    """Filter the designs by a value, compare the parallel co-ordinates, and put a design on the shelf."""
+    table, parallel = keys.desk.query_one("#designs", Table), keys.desk.query_one("#parallel", Plot)
+    table.column = 1
+    table.select(table.row_count // 2)
+    value = table.columns[1].values[table.index]
+    await keys.press("less_than_sign")
+    assert table.order == [i for i, v in enumerate(table.columns[1].values) if v <= value]
+    assert f"{len(table.order)} of {table.row_count} designs" in str(table.border_subtitle)
+    selected = parallel.data.lines[-1]
+    assert len(parallel.data.lines) == len(table.order) and len(selected.x) == len(table.columns) - 1
+    assert np.nanmin(selected.y) >= 0 and np.nanmax(selected.y) <= 1
+    await keys.press("u")
+    assert len(table.order) == table.row_count
+    await keys.press("m")
+    (item,) = keys.desk.query_one(ShelfPage).shelf.items
+    x, _ = panel.front()
+    assert [item.design.value(path) for path in PATHS] == pytest.approx(x[table.index].tolist())
 
 
 @pytest.mark.parametrize(("size", "share"), [((80, 24), 0.45), ((100, 30), 0.5), ((160, 48), 0.4)])
@@ -56,6 +77,7 @@ async def test_the_front_spans_its_axes_and_the_table_has_every_limit(open_desk:
         for scale, values in zip(plot.scales(), objectives.T, strict=True):
             positions = scale.position(values)
             assert 0.0 < positions.min() < 0.15 and 0.85 < positions.max() < 1.0  # no design far away sets the scale
+        await check_filter_parallel_and_shelf(keys, panel)
         heads = ["\n".join(column.heads) for column in table.columns]
         for text in ("weighted acceleration", "flange margin", "yaw damping", "linear damping\n-\n>= 0.02"):
             assert any(text in head for head in heads)

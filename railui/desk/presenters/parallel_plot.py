@@ -1,0 +1,60 @@
+"""Parallel co-ordinates of a front: an axis for every quantity, a line for every design."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from railui.desk.presenters.front_columns import FrontColumn
+from railui.desk.widgets.axis import Axis
+from railui.desk.widgets.plot_data import LimitLine, Line, Mark, PlotData
+
+MAX_NAME: Final = 12  # characters of the name of an axis
+NAME_HEIGHTS: Final = (1.3, 1.15)  # of the names of even and odd axes, above the largest value
+NAMES_TOP: Final = 1.4
+MAX_LINES: Final = 60
+
+
+def parallel_plot(columns: Sequence[FrontColumn], rows: Sequence[int], index: int) -> PlotData:
+    """Plot every shown design over all quantities, each from its smallest to its largest value on the front.
+
+    Parameters
+    ----------
+    columns
+        Quantities of the front.
+    rows
+        Numbers of the designs that are shown; at most MAX_LINES of them are drawn.
+    index
+        Number of the selected design.
+    """
+    if not columns or not len(columns[0].values):
+        return PlotData(Axis(""), Axis(""), placeholder="no feasible design yet")
+    scaled = np.stack([_scaled(column) for column in columns], axis=1)
+    x = np.arange(len(columns), dtype=float)
+    step = max(1, -(-len(rows) // MAX_LINES))
+    others = [row for row in rows[::step] if row != index]
+    lines = [Line(x, scaled[row], "designs" if k == 0 else "", "base") for k, row in enumerate(others)]
+    if index < len(scaled):
+        lines.append(Line(x, scaled[index], f"design {index + 1}", "series3"))
+    limits = [LimitLine(float(k), is_vertical=True, role="base") for k in range(len(columns))]
+    marks = [_name_mark(k, column) for k, column in enumerate(columns)]
+    horizontal = Axis("", low=-0.1, high=len(columns) - 0.55)
+    vertical = Axis("smallest (0) to largest (1)", low=-0.05, high=NAMES_TOP)
+    return PlotData(horizontal, vertical, lines, limits, marks)
+
+
+def _name_mark(number: int, column: FrontColumn) -> Mark:
+    """Return the name of an axis above it, in two rows alternately."""
+    name = column.symbol[:MAX_NAME] or column.name[:MAX_NAME]
+    return Mark(float(number), NAME_HEIGHTS[number % 2], name[0], name[1:], "other")
+
+
+def _scaled(column: FrontColumn) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """Return the values from 0 to 1; one half for a quantity that does not vary."""
+    values = np.asarray(column.values, dtype=float)
+    finite = values[np.isfinite(values)]
+    if not len(finite) or np.ptp(finite) == 0:
+        return np.where(np.isfinite(values), 0.5, np.nan)
+    return np.asarray((values - finite.min()) / np.ptp(finite))
