@@ -208,7 +208,7 @@ def _watch(fleet: Fleet, store: FleetStore, vehicle_type: VehicleType, runs: Seq
         if part is not None:
             found = watched_candidates(vehicle, part.segment)
             records = [{"kind": c.kind, "at": c.at, "wheelset": c.wheelset, "shape": dict(c.shapes[0])} for c in found]
-            store.write(key, "watch", vehicle_type.name, {"candidates": json.dumps(records), "file": run.file})
+            store.write(key, "watch", vehicle_type.name, {"candidates": json.dumps(records), "source": run.file})
             return Watch(tuple(found))
     return None
 
@@ -234,7 +234,9 @@ def _references(
             references[name] = Reference.of_arrays(stored)
         elif by_vehicle[name]:
             missing.append(name)
-    tasks = [(fleet.vehicles[name], by_vehicle[name], fleet.triggers, fleet.settings.reference_runs) for name in missing]
+    tasks = [
+        (fleet.vehicles[name], by_vehicle[name], fleet.triggers, fleet.settings.reference_runs) for name in missing
+    ]
     for number, arrays in pool.map(reference_of_files, tasks):
         name = missing[number]
         if arrays is None:
@@ -276,4 +278,3 @@ def _summary_key(fleet: Fleet, reference: Reference, watch: Watch, file_hash: st
     vehicle = fleet.vehicles[run.vehicle]
     parts = (vehicle.type.content, _triggers_content(fleet), run.section, basis, followed, settings, file_hash)
     return content_key("summary", *parts)
-

@@ -17,7 +17,8 @@ from railui.io.atomic import canonical_json, sha256, sha256_file
 from railui.io.problems import FileProblems, Findings, Problem, suggest_name
 from railui.io.units import UnitError, quantity
 from railui.io.yaml_file import load_fields
-from railui.optimisation.response_keys import NUMERIC_KEYS
+from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
+from railui.optimisation.response_map import check_keys
 from railui.runs.columns import RIG_FORMS
 from railui.vehicle.reference import load_named_design
 
@@ -26,7 +27,7 @@ REMEDY: Final = "write `types:`, `vehicles:` and `runs:`"
 
 @dataclass(frozen=True)
 class VehicleType:
-    """Vehicle type: its campaign without runs, and the effects whose size is followed.
+    """Vehicle type: its campaign without runs, and the effects whose size is followed, KIND or "KIND at LOCATION".
 
     Attributes
     ----------
@@ -144,7 +145,8 @@ def _read_type(
         design, paths = read_estimated(raw.get("adjust"), raw.get("free"), design, inner)
         check_band(raw.get("band"), inner)
         known = [str(record["kind"]) for record in core.effect_catalogue()]
-        for i, effect in enumerate(fields.watch):
+        for i, watched in enumerate(fields.watch):
+            effect = watched.partition(" at ")[0]
             if effect not in known:
                 inner.add(f"watch.{i}", f"no effect {effect!r} in the catalogue", suggest_name(effect, known))
         campaign = Campaign(
@@ -196,17 +198,19 @@ def _read_limit(number: int, model: LimitModel, types: Mapping[str, VehicleType]
         findings.add(f"{path}.parameter", f"{model.parameter!r} is not estimated", remedy)
         return None
     if model.criterion is not None and model.criterion not in NUMERIC_KEYS:
-        findings.add(
-            f"{path}.criterion", f"no result {model.criterion!r}", suggest_name(model.criterion, NUMERIC_KEYS)
-        )
+        findings.add(f"{path}.criterion", f"no result {model.criterion!r}", suggest_name(model.criterion, NUMERIC_KEYS))
         return None
+    if model.criterion is not None:
+        try:
+            check_keys([model.criterion], has_track=False, has_speed=False)
+        except ValueError:
+            findings.add(f"{path}.criterion", f"{model.criterion} needs a track", "take a critical speed")
+            return None
     if (model.below is None) == (model.above is None):
         findings.add(path, "has neither or both of below and above", "give one of them")
         return None
     unit = known[model.parameter].unit(model.parameter)
     if model.criterion is not None:
-        from railui.optimisation.response_keys import RESPONSE_KEYS
-
         unit = RESPONSE_KEYS[model.criterion].unit
     key = "above" if model.below is None else "below"
     try:

@@ -1,7 +1,7 @@
 """Quick path: one new run linearised about the calibrated model of its vehicle, without a loop.
 
-One batch of sensitivities, a few steps of the chord method (Gauss-Newton with the first sensitivities) from the
-reference, and one small amount of every watched effect. Parameters and amounts follow from inner products alone.
+A few Gauss-Newton steps from the reference, and one small amount of every watched effect. Parameters and amounts follow
+from inner products alone.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from railui.identification.structure.candidates import Candidate, batch_candidat
 from railui.identification.structure.score_test import output_differences
 from railui.vehicle.model import Model
 
-CHORD_STEPS: Final = 4
+MAX_ITERATIONS: Final = 6
 STEP_SHARES: Final = (1.0, 0.6, 0.3, 0.1)
-MIN_GAIN: Final = 1e-3  # of the misfit, below which the chord method ends
+MIN_GAIN: Final = 1e-4  # of the misfit, below which the iteration ends
 MIN_PRIOR_SIZE: Final = 0.05  # of the usual size, of a parameter whose reference is about zero
 
 
@@ -65,11 +65,13 @@ def summarise_run(
         Where the vehicle diverges, or the run has other channels than the reference.
     """
     if tuple(segment.channels) != reference.channels:
-        raise ValueError(f"has the channels {', '.join(segment.channels)}, the reference {', '.join(reference.channels)}")
+        raise ValueError(
+            f"has the channels {', '.join(segment.channels)}, the reference {', '.join(reference.channels)}"
+        )
     context, model = reference_context(vehicle, reference, segment)
     free = _free_parameters(context, model, reference, settings)
     target = _target(context, model, segment, reference.weights)
-    x, rows, target = _chord_method(context, model, free, target, reference.x)
+    x, rows, target = _gauss_newton(context, model, free, target, reference.x)
     found = model.with_path_values(reference.paths, x)
     differences = _differences(context, found, target, watch.candidates)
     stacked = np.concatenate([rows, target.without_initial_state(differences)])
@@ -77,9 +79,7 @@ def summarise_run(
     return _summary(context, free, target, x, flat @ flat.T, stacked[0], watch.names)
 
 
-def _free_parameters(
-    context: Context, model: Model, reference: Reference, settings: FleetSettings
-) -> FreeParameters:
+def _free_parameters(context: Context, model: Model, reference: Reference, settings: FleetSettings) -> FreeParameters:
     """Parameters with a wide prior about the reference, which bounds what one run cannot determine."""
     free = free_parameters(context, model, list(reference.paths))
     usual = np.where(np.isfinite(free.size), free.size, 1.0)
@@ -96,37 +96,35 @@ def _target(context: Context, model: Model, segment: Segment, weights: FloatArra
     return FitSegment(segment, kernel, measured, start, required_steps(model, segment))
 
 
-def _chord_method(
+def _gauss_newton(
     context: Context, model: Model, free: FreeParameters, target: FitSegment, x: FloatArray
 ) -> tuple[FloatArray, FloatArray, FitSegment]:
     """Estimate x [p]; return it with residual and sensitivities [1 + p, channel, n] and the prepared run."""
     solver = GaussNewton(context, model, free, [target], block=1.0, stable=False)
-    solver.restart_windows(x)
-    rows, diverged = solver.sensitivities(solver.segments[0], x)
-    if np.any(diverged >= 0):
-        raise ValueError(f"the vehicle diverges on {target.segment.file}")
-    flat = rows.reshape(len(rows), -1)
-    gram = flat[1:] @ flat[1:].T
+    rows = _linearise(solver, x)
     share, count = context.settings.calibration.independent_sample_share, target.measured.size
-    for _ in range(CHORD_STEPS):
-        residual = rows[0].ravel()
-        misfit = float(residual @ residual)
+    for _ in range(MAX_ITERATIONS):
+        flat = rows.reshape(len(rows), -1)
+        misfit = float(flat[0] @ flat[0])
         precision = np.diag(residual_variance(misfit, count, share) / free.prior_sd**2)
-        step = _solve(gram + precision, flat[1:] @ residual + precision @ (free.prior - x))
+        step = _solve(flat[1:] @ flat[1:].T + precision, flat[1:] @ flat[0] + precision @ (free.prior - x))
         tried = np.clip(x + np.outer(STEP_SHARES, step), free.low, free.high)
-        series, lost = solver.simulate(solver.segments[0], tried)
-        residuals = solver.segments[0].without_initial_state(solver.segments[0].measured - series)
-        misfits = np.where(lost < 0, np.sum(residuals**2, axis=(1, 2)), np.inf)
+        misfits = solver.misfit(tried)
         best = int(np.argmin(misfits))
         if not misfits[best] < (1.0 - MIN_GAIN) * misfit:
             break
         x = tried[best]
-        rows[0] = residuals[best]
-        if target.has_free_start:
-            solver.restart_windows(x)
-            series, _ = solver.simulate(solver.segments[0], x[None])
-            rows[0] = solver.segments[0].without_initial_state(solver.segments[0].measured - series[0])
+        rows = _linearise(solver, x)
     return x, rows, solver.segments[0]
+
+
+def _linearise(solver: GaussNewton, x: FloatArray) -> FloatArray:
+    """Residual and sensitivities [1 + p, channel, n] at x, the initial state of a rig estimated there."""
+    solver.restart_windows(x)
+    rows, diverged = solver.sensitivities(solver.segments[0], x)
+    if np.any(diverged >= 0):
+        raise ValueError(f"the vehicle diverges on {solver.segments[0].segment.file}")
+    return rows
 
 
 def _solve(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -135,9 +133,7 @@ def _solve(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.asarray(scale * (linalg.pinvh(a * np.outer(scale, scale)) @ (b * scale)))
 
 
-def _differences(
-    context: Context, model: Model, target: FitSegment, candidates: Sequence[Candidate]
-) -> FloatArray:
+def _differences(context: Context, model: Model, target: FitSegment, candidates: Sequence[Candidate]) -> FloatArray:
     """Output differences per amount [k, channel, n] in the order of the candidates; zero where not valid."""
     settings = context.settings.score_test
     series = np.zeros((len(candidates), *target.measured.shape))
@@ -213,7 +209,7 @@ def estimates_of_gram(
     lengths = np.diag(gram)[1 + p :]
     norm = lengths - np.einsum("kp,kp->k", absorbed, gram[1 + p :, 1 : 1 + p])
     share = np.where(lengths > 0.0, norm / np.maximum(lengths, 1e-300), 0.0)
-    safe = np.where(share > 1e-9, norm, np.inf)  # noqa: PLR2004 - rounding
+    safe = np.where(share > 1e-9, norm, np.inf)
     amounts = (gram[1 + p :, 0] - gram[1 + p :, 1 : 1 + p] @ step) / safe
     return (
         np.concatenate([x + step, amounts]),

@@ -135,5 +135,5 @@ def watched_candidates(vehicle: Vehicle, segment: Segment) -> list[Candidate]:
     return [
         replace(c, shapes=(c.shapes[(len(c.shapes) - 1) // MIDDLE],))
         for c in found
-        if c.kind in vehicle.type.watch and not c.has_phase
+        if not c.has_phase and {c.kind, f"{c.kind} at {c.at}"} & set(vehicle.type.watch)
     ]

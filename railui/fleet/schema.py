@@ -43,7 +43,7 @@ def time_text(days: float) -> str:
     >>> time_text(20500.25), time_text(12.0)
     ('2026-02-16', '12')
     """
-    if days < 3652:  # noqa: PLR2004 - numbered days
+    if days < 3652:
         return f"{days:.6g}"
     return datetime.fromtimestamp(days * SECONDS_PER_DAY, UTC).date().isoformat()
 
@@ -75,7 +75,7 @@ class TypeModel(MeasurementModel):
 
     vehicle: Text = Field(json_schema_extra={"sample": "vehicle: vehicle.yaml"})
     watch: Annotated[list[Text], LIST] = Field(
-        default_factory=lambda: list(DEFAULT_WATCH), title="kinds of effects whose size is followed"
+        default_factory=lambda: list(DEFAULT_WATCH), title="effects whose size is followed: kinds, or KIND at LOCATION"
     )
 
 
@@ -101,7 +101,8 @@ class RunsModel(Group):
         title="CSV of the runs: file, vehicle, time; mileage, load, temperature, section where known",
     )
     pattern: Text | None = Field(
-        default=None, title="path of the runs with {vehicle}, {time} and {section} in it, such as runs/{vehicle}/{time}.csv.gz"
+        default=None,
+        title="path of the runs with {vehicle}, {time} and {section} in it, such as runs/{vehicle}/{time}.csv.gz",
     )
 
 

@@ -48,10 +48,11 @@ def fleet_text(order: FleetOrder, pattern: str) -> str:
         "schema: railui.fleet/1",
         "name: made fleet (simulated)",
         "types:",
-        f"  bogie: {{vehicle: vehicle.yaml, noise: {{{noise}}}}}",
+        f"  bogie: {{vehicle: vehicle.yaml, noise: {{{noise}}}, watch: [free_play at primary_lateral, sensor_gain]}}",
         "vehicles:",
         *(f"  {vehicle_name(k)}: bogie" for k in range(order.vehicles)),
         f"runs: {{{pattern}}}",
+        f"settings: {{reference_runs: 3, block_days: {order.every}}}",
         "events:",
     ]
     for k, member in enumerate(members(order)):
@@ -125,7 +126,7 @@ def _summarise(fleet: Fleet, store: FleetStore, order: FleetOrder) -> list[float
                 summarise(one)
         else:
             summarise(run)
-        if count % 200 == 0:
+        if count % 100 == 0:
             store.replace_runs(rows)
             print(f"{count} runs, {time.perf_counter() - started:.0f} s, {np.median(seconds):.3f} s", flush=True)
     store.replace_runs(rows)
@@ -139,7 +140,7 @@ def main(words: Sequence[str] | None = None) -> None:
     p.add_argument("--seed", type=int, default=1)
     p.add_argument("--vehicles", type=int, default=60)
     p.add_argument("--days", type=int, default=365)
-    p.add_argument("--every", type=int, default=3)
+    p.add_argument("--every", type=int, default=14)
     given = p.parse_args(words)
     assert SECTIONS
     simulate_fleet(given.out, order_of(given.seed, given.vehicles, given.days, given.every))

@@ -37,7 +37,7 @@ WEAR = 1.6e-6  # share of the conicity per kilometre since re-profiling
 REPROFILED_EVERY = 100e3  # km, about
 SENSOR_DRIFT = 0.01  # standard deviation of a healthy sensor's gain after a year
 STEPS = 2
-CHUNK = 480  # runs that are simulated at a time
+CHUNK = 800  # runs that are simulated at a time
 
 
 @dataclass(frozen=True)

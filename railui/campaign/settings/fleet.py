@@ -23,7 +23,7 @@ class FleetSettings:
         meaning="Share of the prior variance that one run must remove for a parameter to be monitored.",
     )
     block_days: float = setting(
-        7.0, unit="day", minimum=1e-6, meaning="Length of a block, whose runs make one score of the sequential test."
+        7.0, minimum=1e-6, meaning="Length [day] of a block, whose runs make one score of the sequential test."
     )
     baseline_blocks: int = setting(
         8, minimum=2, meaning="First blocks of a vehicle, which the tests do not use: its level is learnt from them."
@@ -33,10 +33,9 @@ class FleetSettings:
     )
     false_alarms: float = setting(
         0.02,
-        unit="per vehicle-month",
         minimum=1e-9,
         maximum=10.0,
-        meaning="Rate of false alarms that the thresholds of the sequential tests are computed for.",
+        meaning="Rate of false alarms, per vehicle and month, for which the thresholds of the tests are computed.",
     )
     reference_value: float = setting(
         0.5,
@@ -45,7 +44,9 @@ class FleetSettings:
         provenance="conventional: D. C. Montgomery, Introduction to Statistical Quality Control",
     )
     max_score: float = setting(
-        4.0, minimum=1.0, meaning="Largest score of a block that the CUSUM adds, so that no single block raises an alarm."
+        4.0,
+        minimum=1.0,
+        meaning="Largest score of a block that the CUSUM adds, so that no single block raises an alarm.",
     )
     min_sisters: int = setting(
         3, minimum=1, meaning="Other vehicles on the same section in the same block from which their mean is a control."
