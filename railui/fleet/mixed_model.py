@@ -2,10 +2,10 @@
 
     y = mu + c T + l L + beta m + a_v + b_v m + u_(section, block) + e
 
-with the use m since maintenance, and a_v, b_v, u normal with variances of their own. Vehicles share what they have in common and keep what is their own: partial pooling.
-The random effects are those of Henderson's mixed-model equations, the variances of the EM iteration for REML
-(S. R. Searle, G. Casella, C. E. McCulloch, Variance Components, Wiley 1992, ch. 8); robust against faulty vehicles by
-Huber's weights of the residuals and medians of the random effects.
+with the use m since maintenance, and a_v, b_v, u normal with variances of their own. Vehicles share what they have in
+common and keep what is their own: partial pooling. The random effects are those of Henderson's mixed-model equations,
+the variances of the EM iteration for REML (S. R. Searle, G. Casella, C. E. McCulloch, Variance Components, Wiley 1992,
+ch. 8); robust against faulty vehicles by Huber's weights of the residuals and medians of the random effects.
 """
 
 from __future__ import annotations
@@ -90,11 +90,12 @@ def fit_mixed_model(
     """
     vehicles, cells = counts
     x = np.column_stack([np.ones(len(y)), covariates, use])
-    is_free = np.concatenate([[True], np.ptp(x[:, 1:], axis=0) > 0.0])
     n = FIXED + 2 * vehicles + cells
     columns = (FIXED + vehicle, FIXED + vehicles + vehicle, FIXED + 2 * vehicles + cell)
     scatter = float(np.median(np.abs(y - np.median(y))) * MAD) ** 2 or float(np.var(y)) or 1.0
     base = float(np.median(sd)) ** 2
+    # slopes that change the values by their scatter: temperature and use rise together in the first months
+    slopes = np.where(np.ptp(x[:, 1:], axis=0) > 0.0, x[:, 1:].var(axis=0) / scatter, 1e12)
     spread = float(np.ptp(use)) or 1.0
     variance = start.variance if start else 1.0
     s_a = start.level_variance if start else scatter
@@ -105,7 +106,8 @@ def fit_mixed_model(
         weights = robust / (variance * sd**2)
         precision = np.concatenate(
             [
-                np.where(is_free, 0.0, 1e12),
+                [0.0],
+                slopes,
                 np.full(vehicles, 1.0 / max(s_a, MIN_VARIANCE * base)),
                 np.full(vehicles, 1.0 / max(s_b, MIN_VARIANCE * base / spread**2)),
                 np.full(cells, 1.0 / max(s_u, MIN_VARIANCE * base)),
@@ -113,7 +115,7 @@ def fit_mixed_model(
         )
         matrix, right = _equations(x, use, columns, weights, y, n)
         matrix[np.diag_indices(n)] += precision
-        inverse = linalg.pinvh(matrix) if not is_free.all() else _inverse(matrix)
+        inverse = _inverse(matrix)
         solution = inverse @ right
         fitted = x @ solution[:FIXED] + solution[columns[0]] + use * solution[columns[1]] + solution[columns[2]]
         residual = (y - fitted) / sd

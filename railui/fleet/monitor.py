@@ -25,6 +25,7 @@ from railui.fleet.schema import EventModel
 
 REFIT_GROWTH: Final = 1.3  # of the number of blocks, from one fit of the hierarchical model to the next
 ITERATIONS: Final = {False: 12, True: 3}  # of the first fit, and of one that starts from the one before
+CONTROL_ITERATIONS: Final = 8
 MIN_SCALE: Final = 0.5  # of the scores, over the standard normal distribution
 MEDIAN_VARIANCE: Final = 0.5 * np.pi  # of a median over that of a mean
 MIN_SCORES: Final = 30  # from which their scale is estimated
@@ -137,6 +138,7 @@ class _Replay:
         self.needed = np.full((v, q), settings.baseline_blocks)
         self.cell = self.block * s + data.section
         self.next_fit = settings.baseline_blocks
+        self.is_sound = np.ones(len(data.time), dtype=bool)  # runs that show what is usual in the fleet
         self.scale = np.ones(q)
         self.scales: list[FloatArray] = []  # by block
 
@@ -176,7 +178,9 @@ class _Replay:
     def _fit(self, blocks: int) -> None:
         """Fit the hierarchical model of every quantity to the blocks before."""
         data = self.data
-        before = self.block < blocks
+        before = (self.block < blocks) & self.is_sound
+        if not before.any():
+            before = self.block < blocks
         cells, cell = np.unique(self.cell[before], return_inverse=True)
         previous = self.out.models
         models = []
@@ -199,7 +203,7 @@ class _Replay:
         level, trend = (np.array([getattr(m, f"{name}_variance") for m in models]) for name in ("level", "slope"))
         ones = np.ones(self.shape)
         mean_sd, slope_sd = (np.array([m.fixed_sd[i] for m in models]) for i in (0, 3))
-        self.slope_sd = slope_sd
+        self.mean_sd, self.slope_sd = mean_sd, slope_sd
         self.prior = Levels(
             mean * ones, slope * ones, (level + mean_sd**2) * ones, 0.0 * ones, (trend + slope_sd**2) * ones
         )
@@ -227,6 +231,7 @@ class _Replay:
             which = np.zeros(self.shape, dtype=bool)
             which[v] = [is_reset(event, quantity) for quantity in self.data.quantities]
             self._relearn(which)
+            self.is_sound |= (self.data.vehicle == v) & (self.block >= b)
 
     def _relearn(self, which: NDArray[np.bool_]) -> None:
         self.levels = self.levels.reset(which, self.prior)
@@ -252,7 +257,8 @@ class _Replay:
         np.add.at(uses, of, weight * use)
         known = sums > 0.0
         safe = np.where(known, sums, 1.0)
-        return np.where(known, uses / safe, 0.0), np.where(known, values / safe, np.nan), 1.0 / safe
+        least = self.settings.least_spread**2
+        return np.where(known, uses / safe, 0.0), np.where(known, values / safe, np.nan), 1.0 / safe + least
 
     def _control(
         self,
@@ -263,30 +269,21 @@ class _Replay:
     ) -> tuple[FloatArray, FloatArray]:
         """Deviation that the sisters of each run have in common [run, q], and the variance that it leaves.
 
-        The weighted mean of the runs of the other vehicles on the same section, each within Huber's distance of their
-        median, shrunk by the variance between sections and blocks, and by what the slopes of the fleet
-        leave open.
+        Its prior is the variance between sections and blocks, and what mean and slopes of the fleet leave open.
         """
         section, vehicle = self.data.section[runs], self.data.vehicle[runs]
         control = np.zeros_like(deviation)
         slopes = self.data.covariates[runs] ** 2 @ self.covariate_sd**2 + (self.data.use[runs] * self.slope_sd) ** 2
-        common = self.cell_variance + slopes
+        common = self.cell_variance + self.mean_sd**2 + slopes
         doubt = common.copy()
         for s in np.unique(section):
             own = np.flatnonzero(section == s)
-            if len(np.unique(vehicle[own])) <= self.settings.min_sisters:
+            if len(np.unique(vehicle[own[self.is_sound[runs[own]]]])) < self.settings.min_sisters:
                 continue
-            d, w = deviation[own], 1.0 / variance[own]
-            middle = np.median(d, axis=0)
-            reach = HUBER * np.sqrt(variance[own])
-            d = np.clip(d, middle - reach, middle + reach)
-            for run in own:
-                others = vehicle[own] != vehicle[run]
-                weight = w[others].sum(axis=0)
-                share = common[run] * weight / (1.0 + common[run] * weight)
-                control[run] = share * (w[others] * d[others]).sum(axis=0) / weight
-                doubt[run] = common[run] / (1.0 + common[run] * weight)
-            self.out.cell_mean[b, s] = (w * d).sum(axis=0) / w.sum(axis=0)
+            others = ((vehicle[own][:, None] != vehicle[own][None, :]) & self.is_sound[runs[own]]).astype(float)
+            control[own], doubt[own] = common_deviation(deviation[own], variance[own], common[own], others)
+            every = self.is_sound[runs[own]][None].astype(float)
+            self.out.cell_mean[b, s] = common_deviation(deviation[own], variance[own], common[:1], every)[0][0]
         return control, doubt
 
     def _alarms(self, b: int, up: FloatArray, down: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -304,6 +301,7 @@ class _Replay:
             which = np.zeros(self.shape, dtype=bool)
             which[v] = True
             self._relearn(which)
+            self.is_sound &= (self.data.vehicle != v) | (self.block <= started)
             up, down = np.where(which, 0.0, up), np.where(which, 0.0, down)
         return up, down
 
@@ -333,6 +331,35 @@ class _Replay:
             which[s] = True
             up, down = np.where(which, 0.0, up), np.where(which, 0.0, down)
         return up, down
+
+
+def common_deviation(
+    deviation: FloatArray, variance: FloatArray, prior: FloatArray, others: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Estimate what runs have in common [m, q], and its variance, by Huber's M-estimator about a prior of mean zero.
+
+    Parameters
+    ----------
+    deviation, variance : array [n, q]
+        Of each run.
+    prior : array [m, q]
+        Variance of the common deviation.
+    others : array [m, n]
+        1 for the runs that count in each of m estimates.
+
+    Notes
+    -----
+    Iteratively reweighted least squares from zero: P. J. Huber, Robust Statistics (Wiley 1981), ch. 7.
+    """
+    found = np.zeros((len(others), deviation.shape[1]))
+    precision = 1.0 / np.maximum(prior, 1e-300)
+    sd = np.sqrt(variance)
+    for _ in range(CONTROL_ITERATIONS):
+        distance = np.abs(deviation[None] - found[:, None]) / sd[None]
+        weight = others[:, :, None] * np.minimum(1.0, HUBER / np.maximum(distance, 1e-12)) / variance[None]
+        total = weight.sum(axis=1) + precision
+        found = (weight * deviation[None]).sum(axis=1) / total
+    return found, 1.0 / total
 
 
 def _normal_score(t: FloatArray, freedom: FloatArray) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,8 +87,13 @@ def read_observations(fleet: Fleet, store: FleetStore, vehicle_type: VehicleType
         if arrays is not None:
             rows.append(row)
             summaries.append(RunSummary.of_arrays(arrays))
-    if not rows:
-        return None
+    return observations_of(fleet, vehicle_type, rows, summaries) if rows else None
+
+
+def observations_of(
+    fleet: Fleet, vehicle_type: VehicleType, rows: Sequence[Sequence[Any]], summaries: Sequence[RunSummary]
+) -> Observations:
+    """Return the observations of runs, rows as the store has them."""
     vehicles = tuple(name for name, v in fleet.vehicles.items() if v.type is vehicle_type)
     places = [s.section or str(row[7]) for s, row in zip(summaries, rows, strict=True)]
     sections = tuple(sorted(set(places)))
@@ -138,7 +143,7 @@ def _values(
     return tuple(names), np.stack(y, axis=1), np.stack(deviations, axis=1)
 
 
-def _covariates(rows: Sequence[Sequence[object]]) -> FloatArray:
+def _covariates(rows: Sequence[Sequence[Any]]) -> FloatArray:
     """Temperature and load [n, 2] less their means."""
     table = np.array([[np.nan if x is None else x for x in (row[6], row[5])] for row in rows], dtype=float)
     known = np.isfinite(table)

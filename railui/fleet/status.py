@@ -40,13 +40,17 @@ def assess_fleet(fleet: Fleet, store: FleetStore) -> list[TypeState]:
     states = []
     for vehicle_type in fleet.types.values():
         data = read_observations(fleet, store, vehicle_type)
-        if data is None:
-            continue
-        events = [(data.vehicles.index(e.vehicle), e) for e in fleet.events if e.vehicle in data.vehicles]
-        monitor = monitor_fleet(data, fleet.settings, events)
-        alarms = tuple(explain_alarm(data, monitor, crossing, fleet.settings) for crossing in monitor.alarms)
-        states.append(TypeState(vehicle_type, data, monitor, alarms))
+        if data is not None:
+            states.append(assess_type(fleet, vehicle_type, data))
     return states
+
+
+def assess_type(fleet: Fleet, vehicle_type: VehicleType, data: Observations) -> TypeState:
+    """Monitor the vehicles of a type and explain their alarms."""
+    events = [(data.vehicles.index(e.vehicle), e) for e in fleet.events if e.vehicle in data.vehicles]
+    monitor = monitor_fleet(data, fleet.settings, events)
+    alarms = tuple(explain_alarm(data, monitor, crossing, fleet.settings) for crossing in monitor.alarms)
+    return TypeState(vehicle_type, data, monitor, alarms)
 
 
 def fleet_document(fleet: Fleet, states: list[TypeState], loops: Mapping[str, str] | None = None) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from railui.io.table import Table
 from railui.runs.run import run_of_table
 from tests.truth.campaign import DECLARED
 from tests.truth.files import NOISE, UNITS, design
-from tests.truth.fleet import SECTIONS, FleetOrder, FleetRun, fleet_runs, members, planted_faults
+from tests.truth.fleet import FleetOrder, FleetRun, fleet_runs, members, planted_faults
 
 KINDS = (
     ("yaw_damper", (0.1, 0.2, 0.4, 0.8)),
@@ -141,9 +141,10 @@ def main(words: Sequence[str] | None = None) -> None:
     p.add_argument("--vehicles", type=int, default=60)
     p.add_argument("--days", type=int, default=365)
     p.add_argument("--every", type=int, default=14)
+    p.add_argument("--sound", action="store_true", help="without faults")
     given = p.parse_args(words)
-    assert SECTIONS
-    simulate_fleet(given.out, order_of(given.seed, given.vehicles, given.days, given.every))
+    order = order_of(given.seed, given.vehicles, given.days, given.every, 0 if given.sound else 1)
+    simulate_fleet(given.out, order)
 
 
 if __name__ == "__main__":

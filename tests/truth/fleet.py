@@ -216,7 +216,9 @@ class Line:
 
 
 @dataclass(frozen=True)
-class _Run:
+class State:
+    """A vehicle in one run: as it is, its effects, the gains of its sensors, and the metadata of the run."""
+
     vehicle: int
     day: int
     section: str
@@ -225,19 +227,23 @@ class _Run:
     mileage: float
     true: Vehicle
     effects: tuple[Effect, ...]
-    table: Table
     gains: dict[str, float]
+
+
+@dataclass(frozen=True)
+class _Run:
+    state: State
+    table: Table
 
 
 def fleet_runs(order: FleetOrder) -> Iterator[FleetRun]:
     """All runs of a fleet, simulated many at a time; in the order of days, those with a clearance apart."""
     fleet, line = members(order), Line(order)
-    days = range(0, order.days, order.every)
     pending: dict[tuple[object, ...], list[_Run]] = {}
-    for day in days:
+    for day in range(0, order.days, order.every):
         for k in range(order.vehicles):
-            run = _run(order, fleet[k], line, k, day)
-            group = pending.setdefault(tuple((e.kind, e.at, e.wheelset) for e in run.effects), [])
+            run = _run(order, state_of(order, fleet[k], k, day), line)
+            group = pending.setdefault(tuple((e.kind, e.at, e.wheelset) for e in run.state.effects), [])
             group.append(run)
             if len(group) == CHUNK:
                 yield from _simulated(order, line, group)
@@ -247,7 +253,8 @@ def fleet_runs(order: FleetOrder) -> Iterator[FleetRun]:
             yield from _simulated(order, line, group)
 
 
-def _run(order: FleetOrder, member: Member, line: Line, k: int, day: int) -> _Run:
+def state_of(order: FleetOrder, member: Member, k: int, day: int) -> State:
+    """Vehicle k on a day."""
     rng = np.random.default_rng([order.seed, 45, k, day])
     section = SECTIONS[(day // order.every + k) % len(SECTIONS)]
     degrees = temperature(order.seed, day)
@@ -271,22 +278,27 @@ def _run(order: FleetOrder, member: Member, line: Line, k: int, day: int) -> _Ru
             effects.append(effect("free_play", "primary_lateral", fault.wheelset, half_width=size))
         elif fault.kind == "sensor":
             gains[fault.channel] *= 1.0 - size
+    return State(k, day, section, degrees, load, mileage, vehicle, tuple(effects), gains)
+
+
+def _run(order: FleetOrder, state: State, line: Line) -> _Run:
+    rng = np.random.default_rng([order.seed, 48, state.vehicle, state.day])
     t = np.arange(-round(WARM * order.rate), round(order.seconds * order.rate)) / order.rate
     v, s = speed_profile(order.speed + float(rng.uniform(-1.5, 1.5)), t, rng, 0.5)
-    rails = line.true(section, day)(s)
-    table = Table(t, s, v, rails[:, 0], rails[:, 1], rails[:, 2])
-    return _Run(k, day, section, degrees, load, mileage, vehicle, tuple(effects), table, gains)
+    rails = line.true(state.section, state.day)(s)
+    return _Run(state, Table(t, s, v, rails[:, 0], rails[:, 1], rails[:, 2]))
 
 
 def _simulated(order: FleetOrder, line: Line, runs: Sequence[_Run]) -> Iterator[FleetRun]:
-    seen = simulate_many([r.true for r in runs], [r.table for r in runs], [r.effects for r in runs], STEPS)
+    true = [run.state.true for run in runs]
+    seen = simulate_many(true, [run.table for run in runs], [run.state.effects for run in runs], STEPS)
     warm = round(WARM * order.rate)
     usual = Order(rate=order.rate, noise=dict.fromkeys(("yw", "phiw", "gauge"), 0.0))
     for run, channels in zip(runs, seen, strict=True):
-        rng = np.random.default_rng([order.seed, 47, run.vehicle, run.day])
-        record = line.record(run.section, run.day)(run.table.s[warm:])
-        clean = {"t": run.table.t[warm:], "s": run.table.s[warm:], "v": run.table.v[warm:]}
+        x, table = run.state, run.table
+        rng = np.random.default_rng([order.seed, 47, x.vehicle, x.day])
+        record = line.record(x.section, x.day)(table.s[warm:])
+        clean = {"t": table.t[warm:], "s": table.s[warm:], "v": table.v[warm:]}
         clean |= {name: record[:, i] for i, name in enumerate(("yw", "phiw", "gauge"))}
-        clean |= {c: run.gains[c] * channels[c][warm:] for c in RESPONSES if c in order.channels}
-        recorded = noisy(clean, usual, rng)
-        yield FleetRun(run.vehicle, run.day, run.section, run.degrees, run.load, run.mileage, recorded)
+        clean |= {c: x.gains[c] * channels[c][warm:] for c in RESPONSES if c in order.channels}
+        yield FleetRun(x.vehicle, x.day, x.section, x.degrees, x.load, x.mileage, noisy(clean, usual, rng))

@@ -29,10 +29,10 @@ class RigFleet:
     """Specification: the last rig loses `loss` of its stiffness linearly from `onset` [run] to the last run."""
 
     rigs: int = 4
-    runs: int = 30
+    runs: int = 36
     seed: int = 0
     loss: float = 0.12
-    onset: int = 14
+    onset: int = 18
     seconds: float = 4.0
     rate: float = 100.0
     noise: float = 0.02
@@ -95,7 +95,7 @@ def write(order: RigFleet, out: Path) -> None:
 def fleet_text(order: RigFleet) -> str:
     """Text of fleet.yaml."""
     rigs = "\n".join(f"  rig{k + 1}: rig" for k in range(order.rigs))
-    return f"""# Four rigs of one kind, one run a day each (simulated): the spring of the last one softens from run 15 on.
+    return f"""# Four rigs of one kind, a run a day each (simulated): the spring of the last one softens from run 19 on.
 schema: railui.fleet/1
 name: four rigs (simulated)
 types:
@@ -106,7 +106,7 @@ runs: {{index: runs.csv}}
 triggers: {{min_duration: 3 s}}
 limits:
   - {{parameter: vehicle.rig.stiffness, below: 50e3}}
-settings: {{block_days: 1, reference_runs: 3}}
+settings: {{block_days: 1, reference_runs: 3, baseline_blocks: 12}}
 """
 
 

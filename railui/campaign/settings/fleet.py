@@ -43,6 +43,10 @@ class FleetSettings:
         meaning="Reference value of the CUSUM: half the shift, in standard deviations of a block, to detect fastest.",
         provenance="conventional: D. C. Montgomery, Introduction to Statistical Quality Control",
     )
+    least_spread: float = setting(
+        0.002,
+        meaning="Least standard deviation of a block, relative to the nominal value or in amounts: less is no change.",
+    )
     max_score: float = setting(
         4.0,
         minimum=1.0,
