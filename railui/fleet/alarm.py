@@ -149,4 +149,4 @@ def course_of(data: Observations, monitor: Monitor, crossing: Crossing, index: i
 def mean_use(data: Observations, monitor: Monitor, vehicle: int, index: int, blocks: NDArray[np.int64]) -> FloatArray:
     """Use of a vehicle in blocks, interpolated where it has no run."""
     own = np.flatnonzero(data.vehicle == vehicle)
-    return np.interp(blocks, monitor.block_of_run[own], data.use[own, index])
+    return np.asarray(np.interp(blocks, monitor.block_of_run[own], data.use[own, index]))

@@ -153,7 +153,9 @@ def _compute(
 def _record_runs(
     fleet: Fleet, store: FleetStore, runs: Sequence[FleetRun], keys: dict[str, str], computed: int
 ) -> Update:
-    left_out, waiting, rows = {}, {}, []
+    left_out: dict[str, str] = {}
+    waiting: dict[str, int] = {}
+    rows = []
     summaries = store.keys("summary")
     for run in runs:
         key = keys.get(run.file, "")

@@ -126,7 +126,7 @@ def load_fleet(path: str | Path) -> Fleet:
         triggers=model.triggers,
         events=tuple(model.events),
         limits=tuple(limit for limit in limits if limit is not None),
-        settings=FleetSettings(**model.settings.model_dump()),
+        settings=FleetSettings(**model.model_dump()["settings"]),
         sha256=sha256_file(source),
         warnings=findings.warnings(),
     )

@@ -139,6 +139,7 @@ class _Replay:
         self.cell = self.block * s + data.section
         self.next_fit = settings.baseline_blocks
         self.is_sound = np.ones(len(data.time), dtype=bool)  # runs that show what is usual in the fleet
+        self.counts = np.ones(data.y.shape)  # 0: a run of a block before the maintenance in it
         self.scale = np.ones(q)
         self.scales: list[FloatArray] = []  # by block
 
@@ -185,15 +186,16 @@ class _Replay:
         previous = self.out.models
         models = []
         for j in range(self.shape[1]):
+            units, unit = np.unique(data.unit[before, j], return_inverse=True)
             models.append(
                 fit_mixed_model(
                     data.y[before, j],
                     data.sd[before, j],
                     data.covariates[before],
                     data.use[before, j],
-                    data.vehicle[before],
+                    unit,
                     cell,
-                    (self.shape[0], len(cells)),
+                    (len(units), len(cells)),
                     previous[j] if previous else None,
                     ITERATIONS[bool(previous)],
                 )
@@ -231,6 +233,8 @@ class _Replay:
             which = np.zeros(self.shape, dtype=bool)
             which[v] = [is_reset(event, quantity) for quantity in self.data.quantities]
             self._relearn(which)
+            early = (self.block == b) & (self.data.vehicle == v) & (self.data.time < event.time)
+            self.counts[np.ix_(early, which[v])] = 0.0
             self.is_sound |= (self.data.vehicle == v) & (self.block >= b)
 
     def _relearn(self, which: NDArray[np.bool_]) -> None:
@@ -250,7 +254,7 @@ class _Replay:
         control, doubt = self._control(b, runs, deviation, total)
         self.out.control[runs] = control
         variance = variance + doubt
-        weight = 1.0 / np.maximum(variance, 1e-300)
+        weight = self.counts[runs] / np.maximum(variance, 1e-300)
         sums, values, uses = np.zeros(self.shape), np.zeros(self.shape), np.zeros(self.shape)
         np.add.at(sums, of, weight)
         np.add.at(values, of, weight * (corrected - control))

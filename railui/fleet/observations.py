@@ -19,6 +19,7 @@ PARAMETER, EFFECT, ERROR = "parameter", "effect", "error"
 ERROR_SD: Final = 0.1  # of the logarithm of an error, before its scatter is estimated
 MIN_LEFT: Final = 0.02  # share of an effect that the parameters must leave
 DAYS_PER_YEAR: Final = 365.25
+MAX_EVENTS: Final = 1000  # of a vehicle
 MILEAGE_UNIT: Final = 1e5  # of the trend
 
 
@@ -59,6 +60,8 @@ class Observations:
         Temperature and load [n, 2], less their means; zero where not known.
     use
         Use since the last maintenance of a quantity [n, q]: in 1e5 of the mileage, or in years where it is not known.
+    unit
+        Number [n, q] of a vehicle between two maintenances of a quantity, which has a level and a trend of its own.
     y, sd
         Values and standard deviations [n, q].
     """
@@ -73,6 +76,7 @@ class Observations:
     time: FloatArray
     covariates: FloatArray
     use: FloatArray
+    unit: NDArray[np.int64]
     y: FloatArray
     sd: FloatArray
 
@@ -113,7 +117,7 @@ def observations_of(
         np.array([sections.index(p) for p in places]),
         time,
         _covariates(rows),
-        _use(of_vehicle, time, mileage, quantities, events),
+        *_use(of_vehicle, time, mileage, quantities, events),
         y,
         sd,
     )
@@ -162,16 +166,19 @@ def _use(
     mileage: FloatArray,
     quantities: Sequence[Quantity],
     events: Sequence[tuple[int, EventModel]],
-) -> FloatArray:
-    """Use [n, q] since the last maintenance: of the mileage where all runs of a vehicle have it, else of the time."""
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Use since the last maintenance, of the mileage where all runs of a vehicle have it, else of the time; units."""
     use = np.zeros((len(time), len(quantities)))
+    unit = np.zeros(use.shape, dtype=np.int64)
     for v in np.unique(vehicle):
         own = np.flatnonzero(vehicle == v)
         by_mileage = bool(np.all(np.isfinite(mileage[own])))
         clock = mileage[own] / MILEAGE_UNIT if by_mileage else time[own] / DAYS_PER_YEAR
         for j, quantity in enumerate(quantities):
             origin = np.full(len(own), clock[0])
+            unit[own, j] = v * MAX_EVENTS
             for at in sorted(e.time for w, e in events if w == v and is_reset(e, quantity)):
                 origin = np.where(time[own] >= at, np.interp(at, time[own], clock), origin)
+                unit[own, j] += time[own] >= at
             use[own, j] = clock - origin
-    return use
+    return use, unit

@@ -109,7 +109,8 @@ class FleetStore:
 def pack(arrays: Arrays) -> bytes:
     """Return arrays as the bytes of an npz file."""
     out = io.BytesIO()
-    np.savez(out, **{name: np.asarray(value) for name, value in arrays.items()})
+    numbers: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+    np.savez(out, **numbers)
     return out.getvalue()
 
 

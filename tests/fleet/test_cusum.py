@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from railui.campaign.settings.declaration import Setting
+from railui.campaign.settings.fleet import FLEET_SETTINGS
 from railui.fleet.cusum import run_length, step, threshold_of_rate
 
 
@@ -36,3 +38,10 @@ def test_a_score_that_is_not_known_changes_nothing() -> None:
 def test_a_rise_adds_to_the_upper_sum_alone() -> None:
     up, down = step(np.array([1.0]), np.array([1.0]), np.array([2.0]), 0.5)
     assert (up[0], down[0]) == (2.5, 0.0)
+
+
+@pytest.mark.parametrize("setting", FLEET_SETTINGS.values(), ids=list(FLEET_SETTINGS))
+def test_each_setting_of_a_fleet_has_a_meaning_and_bounds(setting: Setting) -> None:
+    assert setting.meaning[0].isupper() and setting.meaning.endswith(".") and len(setting.meaning.split()) > 3
+    assert setting.minimum is None or setting.minimum <= setting.default
+    assert setting.maximum is None or setting.default <= setting.maximum

@@ -90,8 +90,7 @@ def section_picture(state: TypeState) -> Picture:
     def draw(ax: Axes) -> None:
         for s, name in enumerate(data.sections):
             common = monitor.cell_mean[:, s, columns]
-            known = np.isfinite(common).any(axis=1)
-            mean = np.array([np.nanmean(row) if ok else np.nan for row, ok in zip(common, known, strict=True)])
+            mean = np.array([np.nanmean(row) if np.any(np.isfinite(row)) else np.nan for row in common])
             ax.plot(_axis(middle), mean, "-", lw=1.1, color=colours[s % len(colours)], label=name or "all")
         ax.set_ylabel("log error, common [1]")
         ax.legend(fontsize=6, frameon=False, ncols=6)
