@@ -44,7 +44,7 @@ def time_text(days: float) -> str:
     ('2026-02-16', '12')
     """
     if days < 3652:
-        return f"{days:.6g}"
+        return f"{round(days, 1):g}"
     return datetime.fromtimestamp(days * SECONDS_PER_DAY, UTC).date().isoformat()
 
 

@@ -25,7 +25,8 @@ def size_text(row: FaultRow) -> str:
 def fault_table(rows: Sequence[FaultRow]) -> list[str]:
     """Return one line per kind and size."""
     lines = [
-        "| fault, size after 120 days | found | by full size | median days | size then | cause named | listed | threshold: found | median days |",
+        "| fault, size after 120 days | found | by full size | median days | size then | cause named | listed "
+        "| threshold: found | median days |",
         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
     ]
     for kind in dict.fromkeys(row.kind for row in rows):
@@ -54,14 +55,14 @@ def fleet_table(rows: Sequence[FleetRow]) -> list[str]:
     months = sum(r.vehicle_months for r in rows)
     mine, plain = sum(r.false_alarms for r in rows), sum(r.threshold_false_alarms for r in rows)
     section_months = sum(r.section_months for r in rows)
-    of_sections = sum(r.section_false_alarms for r in rows)
+    false = sum(r.section_false_alarms for r in rows)
     found, changed = sum(r.sections_found for r in rows), sum(r.sections_changed for r in rows)
     return [
         "| | count | per month |",
         "| --- | ---: | ---: |",
         f"| false alarms of vehicles, {months:.0f} vehicle-months | {mine} | {mine / months:.3f} |",
         f"| the same with the plain threshold | {plain} | {plain / months:.3f} |",
-        f"| false alarms of sections, {section_months:.0f} section-months | {of_sections} | {of_sections / section_months:.3f} |",
+        f"| false alarms of sections, {section_months:.0f} section-months | {false} | {false / section_months:.3f} |",
         f"| sections that changed and were found | {found} of {changed} | |",
     ]
 

@@ -79,8 +79,8 @@ def main(words: Sequence[str] | None = None) -> None:
         at = next(i for i, line in enumerate(lines) if line.startswith(MARK))
         end = next(i for i in range(at + 1, len(lines)) if lines[i].startswith("## "))
         note = (
-            "Processor time of one core of the machine that wrote this page, reading excluded (`python -m tests.fleet.speed`); "
-            "the last column is scaled, not measured."
+            "Processor time of one core of the machine that wrote this page, reading excluded "
+            "(`python -m tests.fleet.speed`); the last column is scaled, not measured."
         )
         lines[at + 1 : end] = ["", note, "", *table, ""]
         given.write.write_text("\n".join(lines) + "\n", "utf-8")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 CELL: Final = (0.2, 0.14)  # inch, width and height of a cell of the map
-LABELS: Final = (0.7, 2.6)  # inch for the names of the vehicles, and of the quantities
+LABELS: Final = (0.7, 0.055)  # inch for the names of the vehicles, and of a letter of the quantities
 MAX_SCORE: Final = 6.0  # at which the colours end
 NUMBERED_DAYS: Final = 3652.0  # below, times are days and not dates
 
@@ -29,8 +29,9 @@ def fleet_map(state: TypeState) -> Picture:
     sums = np.where(monitor.upper >= monitor.lower, monitor.upper, -monitor.lower)
     reached = np.take_along_axis(sums, np.abs(sums).argmax(axis=0)[None], axis=0)[0] / monitor.threshold
     names = [q.name for q in data.quantities]
+    top = LABELS[1] * max(map(len, names)) + 0.2
     width = LABELS[0] + CELL[0] * len(names) + 0.5
-    height = LABELS[1] + CELL[1] * len(data.vehicles) + 0.2
+    height = top + CELL[1] * len(data.vehicles) + 0.2
 
     def draw(ax: Axes) -> None:
         image = ax.imshow(reached, cmap="RdBu_r", aspect="auto", vmin=-1.0, vmax=1.0)
@@ -38,7 +39,7 @@ def fleet_map(state: TypeState) -> Picture:
         ax.set_yticks(range(len(data.vehicles)), data.vehicles, fontsize=5 if len(data.vehicles) > 30 else 7)
         ax.tick_params(length=0, labeltop=True, labelbottom=False, top=False, bottom=False)
         ax.grid(False)
-        ax.set_position((LABELS[0] / width, 0.1 / height, CELL[0] * len(names) / width, 1.0 - LABELS[1] / height))
+        ax.set_position((LABELS[0] / width, 0.1 / height, CELL[0] * len(names) / width, 1.0 - (top + 0.1) / height))
         for alarm in state.alarms:
             ax.plot(alarm.crossing.quantities[0], alarm.crossing.subject, "o", ms=3.5, mfc="none", mec="black", mew=0.8)
         image.set_rasterized(False)
