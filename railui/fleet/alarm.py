@@ -117,8 +117,10 @@ def _attribution(data: Observations, monitor: Monitor, crossing: Crossing, runs:
         expected[:, j] = unit * (level + data.covariates[runs] @ model.fixed[1:3] + monitor.control[runs, k])
         uncertain = levels.aa[v, k] + 2.0 * use[-1] * levels.ab[v, k] + use[-1] ** 2 * levels.bb[v, k]
         common = CONTROLLED_SHARE * model.cell_variance / len(runs)
+        common += max(model.variance - 1.0, 0.0) * float(np.median(data.sd[runs, k])) ** 2 / len(runs)
         spread[j], scale[j] = unit * np.sqrt(max(uncertain + common, 0.0)), unit
-    return attribute(summaries, expected, spread, scale)
+    excess = float(np.median([m.variance for m in monitor.models]))
+    return attribute(summaries, expected, spread, scale, max(excess, 1.0))
 
 
 def _decide(

@@ -58,7 +58,11 @@ def shifted_gram(summary: RunSummary, expected: FloatArray) -> FloatArray:
 
 
 def attribute(
-    summaries: Sequence[RunSummary], expected: FloatArray, spread: FloatArray, scale: FloatArray
+    summaries: Sequence[RunSummary],
+    expected: FloatArray,
+    spread: FloatArray,
+    scale: FloatArray,
+    excess: float = 1.0,
 ) -> Attribution:
     """Compare the explanations of a change.
 
@@ -70,10 +74,12 @@ def attribute(
         Standard deviations of what parameters vary usually; infinite: free, zero: fixed.
     scale : array [p + k]
         Sizes of the numbers, for the report.
+    excess
+        Variance of the errors of runs over that of their products.
     """
     first = summaries[0]
     p, names = len(first.paths), (*first.paths, *first.directions)
-    gram = np.sum([shifted_gram(s, e) for s, e in zip(summaries, expected, strict=True)], axis=0)
+    gram = np.sum([shifted_gram(s, e) for s, e in zip(summaries, expected, strict=True)], axis=0) / excess
     usual = np.where(spread[:p] > 0.0, spread[:p], 1e-12 * scale[:p])
     precision = np.concatenate([1.0 / usual**2, np.zeros(len(names) - p)])
     base, _, _ = _deviance(gram, list(range(p)), precision)

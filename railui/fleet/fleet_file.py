@@ -110,10 +110,11 @@ def load_fleet(path: str | Path) -> Fleet:
             findings.add(f"vehicles.{name}", f"no type {v.type!r}", suggest_name(v.type, model.types))
     _check_runs(model, source, findings)
     for i, event in enumerate(model.events):
-        if event.vehicle not in model.vehicles:
-            findings.add(
-                f"events.{i}.vehicle", f"no vehicle {event.vehicle!r}", suggest_name(event.vehicle, model.vehicles)
-            )
+        if bool(event.vehicle) == bool(event.section):
+            findings.add(f"events.{i}", "names neither or both of a vehicle and a section", "name one of them")
+        elif event.vehicle and event.vehicle not in model.vehicles:
+            remedy = suggest_name(event.vehicle, model.vehicles)
+            findings.add(f"events.{i}.vehicle", f"no vehicle {event.vehicle!r}", remedy)
     limits = [_read_limit(i, limit, types, findings) for i, limit in enumerate(model.limits)]
     if findings.errors():
         raise FileProblems(findings.errors())

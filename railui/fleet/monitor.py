@@ -96,17 +96,29 @@ class Monitor:
 
 
 def monitor_fleet(
-    data: Observations, settings: FleetSettings, events: Sequence[tuple[int, EventModel]] = ()
+    data: Observations,
+    settings: FleetSettings,
+    events: Sequence[tuple[int, EventModel]] = (),
+    renewed: Sequence[float] = (),
 ) -> Monitor:
-    """Run the tests over the observations of a type; events: vehicle and maintenance."""
-    return _Replay(data, settings, events).run()
+    """Run the tests over the observations of a type.
+
+    events: vehicle and maintenance. renewed: days at which the record of a section was renewed.
+    """
+    return _Replay(data, settings, events, renewed).run()
 
 
 class _Replay:
     """The fleet up to a block."""
 
-    def __init__(self, data: Observations, settings: FleetSettings, events: Sequence[tuple[int, EventModel]]) -> None:
-        self.data, self.settings, self.events = data, settings, events
+    def __init__(
+        self,
+        data: Observations,
+        settings: FleetSettings,
+        events: Sequence[tuple[int, EventModel]],
+        renewed: Sequence[float],
+    ) -> None:
+        self.data, self.settings, self.events, self.renewed = data, settings, events, renewed
         first = data.time[0]
         self.block = np.floor((data.time - first) / settings.block_days).astype(np.int64)
         blocks, v, q, s = int(self.block[-1]) + 1, len(data.vehicles), len(data.quantities), len(data.sections)
@@ -142,6 +154,8 @@ class _Replay:
         self.counts = np.ones(data.y.shape)  # 0: a run of a block before the maintenance in it
         self.scale = np.ones(q)
         self.scales: list[FloatArray] = []  # by block
+        self.sections_since = 0  # block from which the records of the sections are the same
+        self.section_spread = np.zeros(q)
 
     def run(self) -> Monitor:
         """Go through all blocks."""
@@ -315,12 +329,17 @@ class _Replay:
         if len(self.data.sections) < 2:
             return up, down
         z = np.full(up.shape, np.nan)
-        if b >= self.settings.baseline_blocks:
-            relative = _against_others(out.cell_mean[: b + 1])
-            before = relative[:b]
+        start, end = out.start[b], out.start[b + 1]
+        if any(start <= day < end for day in self.renewed):
+            self.sections_since = b + 1
+            up, down = np.zeros_like(up), np.zeros_like(down)
+        before = _against_others(out.cell_mean[self.sections_since : b + 1])
+        least = self.settings.baseline_blocks if not self.sections_since else self.settings.reset_blocks
+        if len(before) > least:
+            now, before = before[-1], before[:-1]
             centre = np.nanmedian(before, axis=0)
-            spread = MAD * np.nanmedian(np.abs(before - centre), axis=(0, 1))
-            z = (relative[b] - centre) / np.maximum(spread * np.sqrt(1.0 + MEDIAN_VARIANCE / b), 1e-300)
+            self.section_spread = np.fmax(MAD * np.nanmedian(np.abs(before - centre), axis=(0, 1)), self.section_spread)
+            z = (now - centre) / np.maximum(self.section_spread * np.sqrt(1.0 + MEDIAN_VARIANCE / len(before)), 1e-300)
         out.section_score[b] = z
         limit = self.settings.max_score
         up, down = step(up, down, np.clip(z, -limit, limit), self.settings.reference_value)

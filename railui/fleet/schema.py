@@ -119,9 +119,10 @@ class TriggersModel(Group):
 
 
 class EventModel(Group):
-    """Schema of maintenance: after it, the levels of some parameters are learnt anew."""
+    """Schema of maintenance of a vehicle, or of a new track record: after it, levels are learnt anew."""
 
-    vehicle: Text
+    vehicle: Text = ""
+    section: Text = Field(default="", title="track section, in place of a vehicle")
     time: Time
     resets: Annotated[list[Text], LIST_OR_SCALAR] = Field(
         default_factory=list, title="beginnings of the paths that it changes, such as contact; all by default"

@@ -48,7 +48,8 @@ def assess_fleet(fleet: Fleet, store: FleetStore) -> list[TypeState]:
 def assess_type(fleet: Fleet, vehicle_type: VehicleType, data: Observations) -> TypeState:
     """Monitor the vehicles of a type and explain their alarms."""
     events = [(data.vehicles.index(e.vehicle), e) for e in fleet.events if e.vehicle in data.vehicles]
-    monitor = monitor_fleet(data, fleet.settings, events)
+    renewed = [e.time for e in fleet.events if e.section in data.sections and e.section]
+    monitor = monitor_fleet(data, fleet.settings, events, renewed)
     alarms = tuple(explain_alarm(data, monitor, crossing, fleet.settings) for crossing in monitor.alarms)
     return TypeState(vehicle_type, data, monitor, alarms)
 

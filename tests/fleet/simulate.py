@@ -24,7 +24,7 @@ from railui.io.table import Table
 from railui.runs.run import run_of_table
 from tests.truth.campaign import DECLARED
 from tests.truth.files import NOISE, UNITS, design
-from tests.truth.fleet import FleetOrder, FleetRun, fleet_runs, members, planted_faults
+from tests.truth.fleet import RECORD_DAYS, FleetOrder, FleetRun, fleet_runs, members, planted_faults
 
 KINDS = (
     ("yaw_damper", (0.1, 0.2, 0.4, 0.8)),
@@ -60,6 +60,8 @@ def fleet_text(order: FleetOrder, pattern: str) -> str:
             day = (x - member.start) / 550.0
             if 0.0 < day < order.days:
                 lines.append(f"  - {{vehicle: {vehicle_name(k)}, time: {START + day:.2f}, resets: [contact]}}")
+    for number in range(1, int(order.days // RECORD_DAYS) + 1):
+        lines.append(f"  - {{section: north, time: {START + RECORD_DAYS * number:.2f}, note: track recorded anew}}")
     return "\n".join(lines) + "\n"
 
 
