@@ -25,7 +25,7 @@ def size_text(row: FaultRow) -> str:
 def fault_table(rows: Sequence[FaultRow]) -> list[str]:
     """Return one line per kind and size."""
     lines = [
-        "| fault, size after 120 days | found | by full size | median days | size then | cause named | listed "
+        "| fault, size after 120 days | found | by full size | median days | size then | attributed | quantity "
         "| threshold: found | median days |",
         "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
     ]
