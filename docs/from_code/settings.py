@@ -3,6 +3,7 @@
 from markdown_text import code, plain, table
 
 from railui.campaign.settings.declaration import Setting
+from railui.campaign.settings.fleet import FLEET_SETTINGS, FleetSettings
 from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
 
 INTRODUCTION = """# Settings of the loop
@@ -27,11 +28,12 @@ def page() -> str:
     groups: dict[str, list[Setting]] = {}
     for setting in SETTINGS.values():
         groups.setdefault(setting.group, []).append(setting)
-    return INTRODUCTION + "".join(_stage(group, settings) for group, settings in groups.items())
+    stages = "".join(_stage(group, settings, getattr(LoopSettings(), group)) for group, settings in groups.items())
+    return INTRODUCTION + stages + _stage("settings of a fleet", list(FLEET_SETTINGS.values()), FleetSettings())
 
 
-def _stage(group: str, settings: list[Setting]) -> str:
-    summary = (type(getattr(LoopSettings(), group)).__doc__ or "").partition("\n")[0]
+def _stage(group: str, settings: list[Setting], values: object) -> str:
+    summary = (type(values).__doc__ or "").partition("\n")[0]
     rows = [
         (code(s.name), code(f"{s.default:g}"), code(s.unit), plain(s.meaning), plain(s.provenance)) for s in settings
     ]

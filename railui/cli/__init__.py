@@ -31,6 +31,7 @@ COMMANDS = {
     "plan": "Plan a campaign: sensors and runs that detect effects.",
     "adjust": "Estimate the parameters of a model from a campaign.",
     "loop": "Calibrate a model and identify an unmodelled effect.",
+    "fleet": "Follow many vehicles over months of runs; find changes early.",
     "optimise": "Optimise a suspension: single- or multi-objective search.",
     "status": "Report the state of a running or finished optimisation.",
     "diff": "List the differences between two designs, studies or campaigns.",

@@ -1,0 +1,199 @@
+"""railui fleet: many vehicles over months of runs, and changes found before they reach a limit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error
+from railui.cli.tables import make_table
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from railui.fleet.engine import Update
+
+DOCUMENT = "fleet.json"
+PAGE = "fleet.html"
+
+
+@click.group("fleet", context_settings={"help_option_names": ["-h", "--help"]})
+def command() -> None:
+    """Follow a fleet: new runs are tracked from the calibrated model of their vehicle, changes raise alarms.
+
+    \b
+    railui fleet run fleet.yaml                 compute new runs, test all vehicles, write the page
+    railui fleet status fleet.yaml --since 2026-06-01
+    railui fleet export fleet.yaml -o parquet   results as Parquet by vehicle and month
+
+    A vehicle has the verdict none, learning, parameter, effect, sensor, or outside: a change that neither a parameter
+    nor an effect that is followed explains. The thresholds keep a stated rate of false alarms per vehicle and month.
+    """
+
+
+@command.command("run")
+@click.argument("fleet_file", metavar="FLEET")
+@click.option("-o", "--out", metavar="DIR", help="Directory of the results; railui-fleet next to the file by default.")
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Scheduler of a dask cluster; the threads of this machine by default."
+)
+@click.option("--loops", type=click.IntRange(0), default=0, help="Full loops on vehicles with alarms, at most so many.")
+@common_options
+def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, call: Invocation) -> None:
+    """Compute the runs of FLEET that are new, test all vehicles, and write fleet.json and the page fleet.html.
+
+    What was computed is taken from fleet.sqlite in DIR, where every result is stored as it arrives: an interrupted
+    command resumes. The results do not depend on the number of threads or workers.
+    """
+    from railui.execution.lock import Lock
+    from railui.fleet.engine import update_fleet
+    from railui.fleet.fleet_file import load_fleet
+    from railui.fleet.pools import make_pool
+    from railui.fleet.status import assess_fleet, fleet_document
+    from railui.fleet.store import FleetStore
+    from railui.io.atomic import check_directory_writable, write_text
+    from railui.report.fleet.loops import run_loops
+    from railui.report.fleet.page import write_fleet_page
+
+    fleet = load_fleet(fleet_file)
+    call.warn(fleet.warnings)
+    directory = results_directory(fleet.directory, out)
+    check_directory_writable(directory)
+    directory.mkdir(parents=True, exist_ok=True)
+    progress = StatusLine(call)
+    try:
+        pool = make_pool(call.jobs, scheduler, progress)
+    except ImportError as error:
+        raise usage_error(f"--scheduler needs {error.name}: pip install 'railui[cluster]'") from None
+    lock = Lock(directory)
+    store = FleetStore(directory)
+    try:
+        update = update_fleet(fleet, store, pool, progress)
+        progress.message("testing the vehicles")
+        states = assess_fleet(fleet, store)
+        reports = run_loops(fleet, states, directory, loops, call.seed or 0, call.jobs, progress)
+        body = {"runs": _counts(update), **fleet_document(fleet, states, reports)}
+        document = call.document("fleet", body, [fleet.source])
+        write_text(directory / DOCUMENT, json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+        write_fleet_page(fleet, document, states, directory / PAGE)
+    finally:
+        store.close()
+        lock.release()
+    _show(call, document)
+    call.info(f"wrote to {directory}: {DOCUMENT}, {PAGE}, fleet.sqlite")
+    call.write_json(document)
+
+
+@command.command("status")
+@click.argument("fleet_file", metavar="FLEET")
+@click.option("-o", "--out", metavar="DIR", help="Directory of the results; railui-fleet next to the file by default.")
+@click.option("--since", metavar="DATE", help="Alarms raised on this day or later.")
+@common_options
+def status(fleet_file: str, out: str | None, since: str | None, call: Invocation) -> None:
+    """Report vehicles, alarms and sections as `railui fleet run` found them last; nothing is computed."""
+    from railui.fleet.schema import read_time
+    from railui.io.problems import file_problem
+    from railui.io.units import UnitError
+
+    source = Path(fleet_file)
+    file = results_directory(source if source.is_dir() else source.parent, out) / DOCUMENT
+    if not file.is_file():
+        raise file_problem(file, "does not exist", f"run `railui fleet run {fleet_file}` first")
+    document = json.loads(file.read_text("utf-8"))
+    if since is not None:
+        try:
+            first = read_time(since)
+        except UnitError as error:
+            raise usage_error(f"--since: {error}") from None
+        document["alarms"] = [row for row in document["alarms"] if read_time(row["raised"]) >= first]
+        for section in document["sections"]:
+            section["alarms"] = [row for row in section["alarms"] if read_time(row["raised"]) >= first]
+    _show(call, document)
+    call.write_json(document)
+
+
+@command.command("export")
+@click.argument("fleet_file", metavar="FLEET")
+@click.option("-o", "--out", metavar="DIR", required=True, help="Directory of the Parquet files.")
+@click.option("--results", metavar="DIR", help="Directory of the results; railui-fleet next to the file by default.")
+@common_options
+def export(fleet_file: str, out: str, results: str | None, call: Invocation) -> None:
+    """Export the estimates of all runs as Parquet, partitioned by vehicle and month; DuckDB and polars read it."""
+    from railui.fleet.fleet_file import load_fleet
+    from railui.fleet.parquet import export_parquet
+    from railui.fleet.store import FleetStore
+
+    fleet = load_fleet(fleet_file)
+    store = FleetStore(results_directory(fleet.directory, results), readonly=True)
+    try:
+        files, rows = export_parquet(fleet, store, Path(out))
+    except ImportError as error:
+        raise usage_error(f"the export needs {error.name}: pip install 'railui[parquet]'") from None
+    finally:
+        store.close()
+    call.show(f"{rows} rows in {files} files below {out}")
+    call.write_json(call.document("fleet_export", {"directory": out, "files": files, "rows": rows}, [fleet.source]))
+
+
+def results_directory(home: Path, out: str | None) -> Path:
+    """Return the directory of the results of a fleet."""
+    return Path(out) if out is not None else home / "railui-fleet"
+
+
+def _counts(update: Update) -> dict[str, Any]:
+    reasons = list(update.left_out.values())
+    return {
+        "all": update.runs,
+        "computed": update.computed,
+        "stored": update.stored,
+        "waiting": sum(update.waiting.values()),
+        "left_out": {reason: reasons.count(reason) for reason in sorted(set(reasons))},
+    }
+
+
+def _show(call: Invocation, document: Mapping[str, Any]) -> None:
+    """Print the counts, the alarms and the sections."""
+    runs, vehicles = document["runs"], document["vehicles"]
+    left_out = "".join(f", {count} left out ({reason})" for reason, count in runs["left_out"].items())
+    waiting = f", {runs['waiting']} wait for a reference" if runs["waiting"] else ""
+    call.show(f"{document['fleet']}: {len(vehicles)} vehicles, {runs['all']} runs{waiting}{left_out}")
+    verdicts = [row["verdict"] for row in vehicles]
+    counted = ", ".join(f"{name} {verdicts.count(name)}" for name in sorted(set(verdicts)))
+    call.show(
+        f"verdicts: {counted or '-'}; {document['false_alarms_per_vehicle_month']:g} false alarms per vehicle-month"
+    )
+    if document["alarms"]:
+        call.show(_alarm_table(document))
+    raised = [(row["section"], alarm) for row in document["sections"] for alarm in row["alarms"]]
+    for section, alarm in raised:
+        call.show(f"track: section {section} has changed, {alarm['raised']} ({', '.join(alarm['quantities'][:3])})")
+
+
+def _alarm_table(document: Mapping[str, Any]) -> Table:
+    rows = []
+    for a in document["alarms"]:
+        onset, limit = a["onset"], a["limit"]
+        rows.append(
+            (
+                a["raised"],
+                a["vehicle"],
+                a["verdict"],
+                a["quantity"],
+                _change(a),
+                "-" if onset is None else onset["day"],
+                "-" if limit is None else limit["day"] or "not reached",
+            )
+        )
+    return make_table(
+        ("raised", "vehicle", "verdict", "quantity", "change", "onset", "limit reached"), rows, title="alarms"
+    )
+
+
+def _change(alarm: Mapping[str, Any]) -> str:
+    if alarm["relative_change"] is not None:
+        return f"{100 * alarm['relative_change']:+.1f} %"
+    return "-" if alarm["change"] is None else f"{alarm['change']:+.3g}"

@@ -1,0 +1,130 @@
+"""Course of a change: onset, growth rate, and the day at which a limit is reached, with intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from railui.arrays import FloatArray
+
+QUANTILE: Final = 1.6449  # of a 90 % interval
+PROFILE: Final = QUANTILE**2  # increase of the sum of squares at the ends of a 90 % interval
+GRID: Final = 60  # onsets that are tried
+DRAWS: Final = 2000
+
+
+@dataclass(frozen=True)
+class Course:
+    """Course of a quantity y = base + rate max(0, t - onset).
+
+    Attributes
+    ----------
+    onset, onset_low, onset_high
+        Days, 90 % interval.
+    rate, rate_sd
+        Growth per day.
+    now, now_sd
+        Change so far.
+    onsets, weights
+        Onsets [n] that were tried, and their likelihood.
+    """
+
+    onset: float
+    onset_low: float
+    onset_high: float
+    rate: float
+    rate_sd: float
+    now: float
+    now_sd: float
+    onsets: FloatArray
+    weights: FloatArray
+    rates: FloatArray
+    rate_sds: FloatArray
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """Day at which a limit is reached: median and 90 % interval; infinite where it is not."""
+
+    day: float
+    low: float
+    high: float
+    probability: float
+
+
+def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray) -> Course | None:
+    """Fit a ramp to deviations from the expected value, whose mean before the onset is zero.
+
+    Parameters
+    ----------
+    t : array [n]
+        Days, increasing.
+    y, sd : array [n]
+        Deviations and their standard deviations.
+
+    Returns
+    -------
+    Course or None
+        None for fewer than three values.
+
+    Notes
+    -----
+    For every onset the rate follows by weighted least squares; the onsets are weighted by their likelihood (profile
+    likelihood), and the standard deviation of the rate adds what the onset leaves open.
+    """
+    known = np.isfinite(y) & np.isfinite(sd) & (sd > 0.0)
+    t, y, sd = t[known], y[known], sd[known]
+    if len(t) < 3:
+        return None
+    onsets = np.linspace(t[0], t[-1], GRID, endpoint=False)
+    ramps = np.maximum(t - onsets[:, None], 0.0)
+    information = np.sum((ramps / sd) ** 2, axis=1)
+    rates = np.sum(ramps * y / sd**2, axis=1) / np.maximum(information, 1e-300)
+    squares = np.sum(((y - rates[:, None] * ramps) / sd) ** 2, axis=1)
+    noise = max(float(squares.min()) / max(len(t) - 2, 1), 1.0)
+    weights = np.exp(-0.5 * (squares - squares.min()) / noise)
+    weights /= weights.sum()
+    best = int(np.argmin(squares))
+    inside = onsets[squares <= squares.min() + PROFILE * noise]
+    sds = np.sqrt(noise / np.maximum(information, 1e-300))
+    mean = float(weights @ rates)
+    rate_sd = float(np.sqrt(weights @ (sds**2 + (rates - mean) ** 2)))
+    spans = t[-1] - onsets
+    nows = rates * spans
+    now_sd = float(np.sqrt(weights @ ((sds * spans) ** 2 + (nows - weights @ nows) ** 2)))
+    return Course(
+        float(onsets[best]),
+        float(inside[0]),
+        float(inside[-1]),
+        float(rates[best]),
+        rate_sd,
+        float(nows[best]),
+        now_sd,
+        onsets,
+        weights,
+        rates,
+        sds,
+    )
+
+
+def arrival(course: Course, distance: float, seed: int = 0) -> Arrival:
+    """Day at which a change has grown to a size, if it goes on as it has.
+
+    Parameters
+    ----------
+    distance
+        Change from the expected value at which the limit is reached; its sign counts.
+
+    Notes
+    -----
+    Onset and rate are drawn from their joint likelihood; the interval holds 90 % of the days.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 71]))
+    at = rng.choice(len(course.onsets), size=DRAWS, p=course.weights)
+    rates = course.rates[at] + course.rate_sds[at] * rng.standard_normal(DRAWS)
+    with np.errstate(divide="ignore"):
+        days = np.where(rates * distance > 0.0, course.onsets[at] + distance / rates, np.inf)
+    low, middle, high = np.quantile(days, [0.05, 0.5, 0.95], method="nearest")
+    return Arrival(float(middle), float(low), float(high), float(np.mean(np.isfinite(days))))

@@ -1,0 +1,183 @@
+"""Hierarchical model of a quantity: fleet mean, vehicles, trends, temperature, load and the sections of a week.
+
+    y = mu + c T + l L + beta m + a_v + b_v m + u_(section, block) + e
+
+with the use m since maintenance, and a_v, b_v, u normal with variances of their own. Vehicles share what they have in
+common and keep what is their own: partial pooling. The random effects are those of Henderson's mixed-model equations,
+the variances of the EM iteration for REML (S. R. Searle, G. Casella, C. E. McCulloch, Variance Components, Wiley 1992,
+ch. 8); robust against faulty vehicles by Huber's weights of the residuals and medians of the random effects.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+
+from railui.arrays import FloatArray
+
+HUBER: Final = 2.0  # standard deviations, from which a residual counts less
+MAD_EFFICIENCY: Final = 0.37  # of a median absolute deviation: independent values that count
+FEW_EFFECTS: Final = 12  # below, their mean square is less uncertain than a median
+MAD: Final = 1.4826  # standard deviation of a normal variable over its median absolute deviation
+FIXED: Final = 4  # mean, temperature, load, use
+MIN_VARIANCE: Final = 1e-8  # of the residual variance
+
+
+@dataclass(frozen=True, eq=False)
+class MixedModel:
+    """Estimates of a quantity.
+
+    Attributes
+    ----------
+    fixed
+        Mean, and slopes over temperature, load and use [4].
+    fixed_sd
+        Their standard deviations [4].
+    level, slope
+        Deviations of the vehicles [v] from mean and slope.
+    level_sd, slope_sd
+        Standard deviations of the deviations [v].
+    cells
+        Deviations of sections in blocks [cell].
+    variance
+        Factor of the variances of the runs.
+    level_variance, slope_variance, cell_variance
+        Between vehicles, and between sections and blocks.
+    freedom
+        Degrees of freedom of the variance.
+    """
+
+    fixed: FloatArray
+    fixed_sd: FloatArray
+    level: FloatArray
+    slope: FloatArray
+    level_sd: FloatArray
+    slope_sd: FloatArray
+    cells: FloatArray
+    variance: float
+    level_variance: float
+    slope_variance: float
+    cell_variance: float
+    freedom: float
+
+
+def fit_mixed_model(
+    y: FloatArray,
+    sd: FloatArray,
+    covariates: FloatArray,
+    use: FloatArray,
+    vehicle: NDArray[np.int64],
+    cell: NDArray[np.int64],
+    counts: tuple[int, int],
+    start: MixedModel | None = None,
+    iterations: int = 12,
+) -> MixedModel:
+    """Fit a quantity of n runs.
+
+    Parameters
+    ----------
+    y, sd, use : array [n]
+    covariates : array [n, 2]
+    vehicle, cell : array [n]
+    counts
+        Numbers of vehicles and of cells.
+    start
+        Variances to start from.
+    """
+    vehicles, cells = counts
+    x = np.column_stack([np.ones(len(y)), covariates, use])
+    n = FIXED + 2 * vehicles + cells
+    columns = (FIXED + vehicle, FIXED + vehicles + vehicle, FIXED + 2 * vehicles + cell)
+    scatter = float(np.median(np.abs(y - np.median(y))) * MAD) ** 2 or float(np.var(y)) or 1.0
+    base = float(np.median(sd)) ** 2
+    # slopes that change the values by their scatter: temperature and use rise together in the first months
+    slopes = np.where(np.ptp(x[:, 1:], axis=0) > 0.0, x[:, 1:].var(axis=0) / scatter, 1e12)
+    spread = float(np.ptp(use)) or 1.0
+    variance = start.variance if start else 1.0
+    s_a = start.level_variance if start else scatter
+    s_b = start.slope_variance if start else 0.01 * scatter / spread**2
+    s_u = start.cell_variance if start else 0.1 * scatter
+    robust = np.ones(len(y))
+    for _ in range(iterations):
+        weights = robust / (variance * sd**2)
+        precision = np.concatenate(
+            [
+                [0.0],
+                slopes,
+                np.full(vehicles, 1.0 / max(s_a, MIN_VARIANCE * base)),
+                np.full(vehicles, 1.0 / max(s_b, MIN_VARIANCE * base / spread**2)),
+                np.full(cells, 1.0 / max(s_u, MIN_VARIANCE * base)),
+            ]
+        )
+        matrix, right = _equations(x, use, columns, weights, y, n)
+        matrix[np.diag_indices(n)] += precision
+        inverse = _inverse(matrix)
+        solution = inverse @ right
+        fitted = x @ solution[:FIXED] + solution[columns[0]] + use * solution[columns[1]] + solution[columns[2]]
+        residual = (y - fitted) / sd
+        a, b, u = np.split(solution[FIXED:], [vehicles, 2 * vehicles])
+        trace = np.diag(inverse)
+        freedom = max(len(y) - float(np.sum(1.0 - precision * trace)), 1.0)
+        variance = max((MAD * float(np.median(np.abs(residual)))) ** 2 * len(y) / freedom, MIN_VARIANCE)
+        size = np.abs(residual) / np.sqrt(variance)
+        robust = np.minimum(1.0, HUBER / np.maximum(size, 1e-12))
+        present = np.bincount(vehicle, minlength=vehicles) > 0
+        s_a = _component(a, trace[FIXED : FIXED + vehicles], present)
+        s_b = _component(b, trace[FIXED + vehicles : FIXED + 2 * vehicles], present)
+        s_u = _component(u, trace[FIXED + 2 * vehicles :], np.bincount(cell, minlength=cells) > 0)
+    spread_of = np.sqrt(np.maximum(trace, 0.0))
+    return MixedModel(
+        solution[:FIXED],
+        spread_of[:FIXED],
+        a,
+        b,
+        spread_of[FIXED : FIXED + vehicles],
+        spread_of[FIXED + vehicles : FIXED + 2 * vehicles],
+        u,
+        variance,
+        s_a,
+        s_b,
+        s_u,
+        MAD_EFFICIENCY * freedom,
+    )
+
+
+def _component(effects: FloatArray, variances: FloatArray, present: NDArray[np.bool_]) -> float:
+    """Variance of random effects: square of their robust spread, plus the mean of what is not known of each."""
+    if present.sum() < 2:
+        return 0.0
+    own = effects[present]
+    spread = np.mean(own**2) if len(own) < FEW_EFFECTS else (MAD * np.median(np.abs(own))) ** 2
+    return float(spread) + float(np.mean(variances[present]))
+
+
+def _equations(
+    x: FloatArray,
+    use: FloatArray,
+    columns: tuple[NDArray[np.int64], ...],
+    weights: FloatArray,
+    y: FloatArray,
+    n: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Matrix [n, n] and right-hand side [n] of the mixed-model equations, without the variances."""
+    rows = np.arange(len(y))
+    values = [*x.T, np.ones(len(y)), use, np.ones(len(y))]
+    places = [*(np.full(len(y), j) for j in range(x.shape[1])), *columns]
+    table = sparse.csr_array(
+        (np.concatenate(values), (np.tile(rows, len(values)), np.concatenate(places))), shape=(len(y), n)
+    )
+    weighted = table.multiply(weights[:, None]).tocsr()
+    return np.asarray((weighted.T @ table).toarray()), np.asarray(weighted.T @ y)
+
+
+def _inverse(matrix: FloatArray) -> FloatArray:
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    try:
+        factor = linalg.cho_factor(matrix * np.outer(scale, scale), lower=True)
+    except linalg.LinAlgError:
+        return np.asarray(linalg.pinvh(matrix * np.outer(scale, scale)) * np.outer(scale, scale))
+    return np.asarray(linalg.cho_solve(factor, np.eye(len(matrix))) * np.outer(scale, scale))

@@ -1,0 +1,234 @@
+"""State of a fleet as a document: vehicles, parameters, alarms with their course, sections of track."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from railui.fleet.alarm import Alarm, explain_alarm
+from railui.fleet.course import Course, arrival
+from railui.fleet.cusum import DAYS_PER_MONTH
+from railui.fleet.fleet_file import Fleet, VehicleType
+from railui.fleet.limits import critical_value
+from railui.fleet.mixed_model import MixedModel
+from railui.fleet.monitor import Monitor, monitor_fleet
+from railui.fleet.observations import PARAMETER, Observations, Quantity, read_observations
+from railui.fleet.schema import time_text
+from railui.fleet.store import FleetStore
+from railui.vehicle.design import Design
+from railui.vehicle.model import Model
+
+FIXED_NAMES: Final = ("temperature", "load", "use")
+
+
+@dataclass(frozen=True, eq=False)
+class TypeState:
+    """Observations of a vehicle type, their monitoring and its alarms."""
+
+    type: VehicleType
+    data: Observations
+    monitor: Monitor
+    alarms: tuple[Alarm, ...]
+
+
+def assess_fleet(fleet: Fleet, store: FleetStore) -> list[TypeState]:
+    """Monitor every vehicle type of a fleet and explain its alarms."""
+    states = []
+    for vehicle_type in fleet.types.values():
+        data = read_observations(fleet, store, vehicle_type)
+        if data is not None:
+            states.append(assess_type(fleet, vehicle_type, data))
+    return states
+
+
+def assess_type(fleet: Fleet, vehicle_type: VehicleType, data: Observations) -> TypeState:
+    """Monitor the vehicles of a type and explain their alarms."""
+    events = [(data.vehicles.index(e.vehicle), e) for e in fleet.events if e.vehicle in data.vehicles]
+    renewed = [e.time for e in fleet.events if e.section in data.sections and e.section]
+    monitor = monitor_fleet(data, fleet.settings, events, renewed)
+    alarms = tuple(explain_alarm(data, monitor, crossing, fleet.settings) for crossing in monitor.alarms)
+    return TypeState(vehicle_type, data, monitor, alarms)
+
+
+def fleet_document(fleet: Fleet, states: list[TypeState], loops: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """Return the state of a fleet as the JSON of `railui fleet status`.
+
+    loops: reports of full loops by vehicle.
+    """
+    return {
+        "fleet": fleet.name,
+        "false_alarms_per_vehicle_month": fleet.settings.false_alarms,
+        "vehicles": [row for state in states for row in _vehicle_rows(state)],
+        "alarms": [alarm_row(fleet, state, alarm, loops or {}) for state in states for alarm in state.alarms],
+        "sections": [row for state in states for row in _section_rows(state)],
+        "parameters": [row for state in states for row in _parameter_rows(state)],
+    }
+
+
+def _vehicle_rows(state: TypeState) -> list[dict[str, Any]]:
+    data, monitor = state.data, state.monitor
+    rows = []
+    for v, name in enumerate(data.vehicles):
+        own = np.flatnonzero(data.vehicle == v)
+        alarms = [a for a in state.alarms if a.vehicle == name]
+        tested = int(monitor.tested_blocks[v])
+        verdict = alarms[-1].verdict if alarms else "none" if tested else "learning"
+        block_days = float(monitor.start[1] - monitor.start[0])
+        rows.append(
+            {
+                "vehicle": name,
+                "type": state.type.name,
+                "runs": len(own),
+                "last_run": time_text(float(data.time[own[-1]])) if len(own) else None,
+                "tested_months": tested * block_days / DAYS_PER_MONTH,
+                "verdict": verdict,
+                "alarms": len(alarms),
+            }
+        )
+    return rows
+
+
+def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, str]) -> dict[str, Any]:
+    """Return an alarm with its evidence as a row of the document."""
+    quantities = state.data.quantities
+    crossing, course = alarm.crossing, alarm.course
+    quantity = quantities[alarm.index] if alarm.index is not None else Quantity(alarm.name, "", 1.0)
+    return {
+        "vehicle": alarm.vehicle,
+        "type": state.type.name,
+        "raised": time_text(alarm.raised),
+        "verdict": alarm.verdict,
+        "quantity": alarm.name,
+        "not_separated_from": list(alarm.alternatives),
+        "explained": alarm.explained,
+        "raised_by": quantities[crossing.quantities[0]].name,
+        "sum": crossing.sums[0],
+        "threshold": state.monitor.threshold,
+        "change": alarm.change * quantity.scale,
+        "change_sd": alarm.change_sd * quantity.scale,
+        "relative_change": alarm.change if quantity.kind == PARAMETER else None,
+        "unit": _unit(state.type, quantity),
+        "onset": _onset(course),
+        "rate_per_month": None if course is None else course.rate * DAYS_PER_MONTH * quantity.scale,
+        "rate_per_month_sd": None if course is None else course.rate_sd * DAYS_PER_MONTH * quantity.scale,
+        "limit": _limit_row(fleet, state, alarm),
+        "runs": list(alarm.files),
+        "loop": loops.get(alarm.vehicle),
+    }
+
+
+def _unit(vehicle_type: VehicleType, quantity: Quantity) -> str:
+    design = vehicle_type.campaign.design
+    return design.unit(quantity.name) if quantity.kind == PARAMETER else "1"
+
+
+def _onset(course: Course | None) -> dict[str, str] | None:
+    if course is None:
+        return None
+    days = {"day": course.onset, "low": course.onset_low, "high": course.onset_high}
+    return {name: time_text(day) for name, day in days.items()}
+
+
+def _limit_row(fleet: Fleet, state: TypeState, alarm: Alarm) -> dict[str, Any] | None:
+    """Day at which the limit of a parameter is reached; None without a limit or a course."""
+    limit = next((x for x in fleet.limits if x.parameter == alarm.name), None)
+    if limit is None or alarm.course is None or alarm.index is None:
+        return None
+    expected = _expected_value(state, alarm)
+    value = limit.value if limit.criterion is None else critical_value(_present_design(state, alarm), limit, expected)
+    row = {"parameter": limit.parameter, "criterion": limit.criterion, "limit": limit.value, "value": value}
+    if value is None:
+        return {**row, "day": None, "low": None, "high": None, "probability": None}
+    scale = state.data.quantities[alarm.index].scale
+    reached = arrival(alarm.course, (value - expected) / scale)
+    days = {"day": reached.day, "low": reached.low, "high": reached.high}
+    return {
+        **row,
+        **{name: time_text(day) if math.isfinite(day) else None for name, day in days.items()},
+        "probability": reached.probability,
+    }
+
+
+def _present_design(state: TypeState, alarm: Alarm) -> Design:
+    """Design of a vehicle as its last run estimates it."""
+    data = state.data
+    last = data.summaries[int(np.flatnonzero(data.vehicle == alarm.crossing.subject)[-1])]
+    return Model(state.type.campaign.design).with_path_values(last.paths, last.x).design
+
+
+def _expected_value(state: TypeState, alarm: Alarm) -> float:
+    """Value of the alarm's quantity that was expected before the onset, in its unit."""
+    data, monitor, crossing = state.data, state.monitor, alarm.crossing
+    assert alarm.index is not None
+    levels = monitor.levels[min(crossing.started + 1, crossing.block)]
+    own = np.flatnonzero(data.vehicle == crossing.subject)
+    use = float(data.use[own[-1], alarm.index])
+    v, j = crossing.subject, alarm.index
+    return float(data.quantities[j].scale * (levels.a[v, j] + levels.b[v, j] * use))
+
+
+def _section_rows(state: TypeState) -> list[dict[str, Any]]:
+    data, monitor = state.data, state.monitor
+    rows = []
+    for s, name in enumerate(data.sections):
+        alarms = [
+            {
+                "raised": time_text(float(monitor.start[x.block + 1])),
+                "quantities": [data.quantities[j].name for j in x.quantities],
+                "sum": x.sums[0],
+            }
+            for x in monitor.section_alarms
+            if x.subject == s
+        ]
+        runs = int(np.sum(data.section == s))
+        rows.append({"section": name or "all", "type": state.type.name, "runs": runs, "alarms": alarms})
+    return rows
+
+
+def _parameter_rows(state: TypeState) -> list[dict[str, Any]]:
+    """Fleet mean, spread of the vehicles, slopes, and the present value of every vehicle."""
+    rows = []
+    for j, (quantity, model) in enumerate(zip(state.data.quantities, state.monitor.models, strict=True)):
+        row = {
+            "quantity": quantity.name,
+            "type": state.type.name,
+            "kind": quantity.kind,
+            "unit": _unit(state.type, quantity),
+            "mean": quantity.scale * float(model.fixed[0]),
+            "mean_sd": quantity.scale * float(model.fixed_sd[0]),
+            "vehicle_sd": quantity.scale * math.sqrt(model.level_variance),
+            "section_sd": quantity.scale * math.sqrt(model.cell_variance),
+            **_slopes(quantity, model),
+            "vehicles": _present(state, j),
+        }
+        rows.append(row)
+    return rows
+
+
+def _slopes(quantity: Quantity, model: MixedModel) -> dict[str, float]:
+    slopes = {}
+    for i, name in enumerate(FIXED_NAMES, 1):
+        slopes[f"per_{name}"] = quantity.scale * float(model.fixed[i])
+        slopes[f"per_{name}_sd"] = quantity.scale * float(model.fixed_sd[i])
+    return slopes
+
+
+def _present(state: TypeState, j: int) -> dict[str, dict[str, float | None]]:
+    """Last corrected value, its standard deviation, and its score in the fleet, by vehicle."""
+    data, monitor, model = state.data, state.monitor, state.monitor.models[j]
+    scale = data.quantities[j].scale
+    found: dict[str, dict[str, float | None]] = {}
+    last = monitor.levels[-1]
+    for v, name in enumerate(data.vehicles):
+        own = np.flatnonzero(data.vehicle == v)
+        use = float(data.use[own[-1], j]) if len(own) else 0.0
+        value = float(last.a[v, j] + last.b[v, j] * use)
+        sd = math.sqrt(max(float(last.aa[v, j] + 2 * use * last.ab[v, j] + use**2 * last.bb[v, j]), 0.0))
+        usual = float(model.fixed[0] + model.fixed[3] * use)
+        spread = math.sqrt(model.level_variance + sd**2) or 1.0
+        found[name] = {"value": scale * value, "sd": scale * sd, "score": (value - usual) / spread}
+    return found

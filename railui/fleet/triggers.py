@@ -1,0 +1,74 @@
+"""Comparable parts of a run: inside a track section, at a steady speed, of a bounded duration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from railui.campaign.segment import Segment
+from railui.fleet.schema import TriggersModel
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Comparable part of a run: its segment and the section it lies in, "" without sections."""
+
+    segment: Segment
+    section: str
+
+
+def comparable_part(segments: list[Segment], triggers: TriggersModel, section: str = "") -> Part | None:
+    """Return the longest part of a run that fulfils the triggers, None where there is none.
+
+    Parameters
+    ----------
+    section
+        The only section that counts, where the metadata of the run name it.
+
+    Notes
+    -----
+    The part begins where the conditions begin to be fulfilled and has at most `max_duration`, so that runs over a
+    section are compared from its start. Among equally long parts the first is taken.
+    """
+    best: Part | None = None
+    for segment in segments:
+        for name, mask in _conditions(segment, triggers, section):
+            for start, stop in _intervals(mask):
+                stop = min(stop, start + round(triggers.max_duration / segment.dt))
+                if (stop - start) * segment.dt < triggers.min_duration - 0.5 * segment.dt:
+                    continue
+                if best is None or stop - start > best.segment.samples:
+                    best = Part(_cut(segment, start, stop), name)
+    return best
+
+
+def _conditions(segment: Segment, triggers: TriggersModel, section: str) -> list[tuple[str, NDArray[np.bool_]]]:
+    """Samples that fulfil the triggers, for every section."""
+    fulfilled = np.ones(segment.samples, dtype=bool)
+    if triggers.speed is not None and not segment.is_rig:
+        low, high = triggers.speed
+        fulfilled &= (segment.columns["v"] >= low) & (segment.columns["v"] <= high)
+    if not triggers.sections or segment.is_rig:
+        return [(section, fulfilled)]
+    s = segment.columns["s"]
+    return [
+        (name, fulfilled & (s >= low) & (s <= high))
+        for name, (low, high) in triggers.sections.items()
+        if section in ("", name)
+    ]
+
+
+def _intervals(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Unbroken intervals [start, stop) of true samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _cut(segment: Segment, start: int, stop: int) -> Segment:
+    """Return samples of a segment as one of its own; its track begins with it."""
+    if start == 0 and stop == segment.samples:
+        return segment
+    columns = {name: np.ascontiguousarray(x[start:stop]) for name, x in segment.columns.items()}
+    return replace(segment, columns=columns, tables={})

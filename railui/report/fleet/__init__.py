@@ -1,0 +1,1 @@
+"""Page of a fleet, and the full loops behind its alarms."""

@@ -1,0 +1,106 @@
+"""Page of a fleet: one self-contained file with links to the reports of its loops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from railui import core
+from railui.fleet.fleet_file import Fleet
+from railui.fleet.status import TypeState
+from railui.io.atomic import write_text
+from railui.report.fleet.figures import fleet_map, history_picture, section_picture
+from railui.report.numbers import DASH, format_number, format_with_sd
+from railui.report.templates import render_template
+
+MAX_HISTORIES = 40  # alarms with a picture, the latest
+
+
+def write_fleet_page(fleet: Fleet, document: Mapping[str, Any], states: Sequence[TypeState], path: str | Path) -> Path:
+    """Write the page of a fleet; `document` is the JSON document of `railui fleet run`."""
+    types = []
+    for state in states:
+        rows = [row for row in document["alarms"] if row["type"] == state.type.name]
+        shown = list(zip(rows, state.alarms, strict=True))[::-1]
+        types.append(
+            {
+                "name": state.type.name,
+                "map": fleet_map(state),
+                "sections": section_picture(state) if len(state.data.sections) > 1 else None,
+                "alarms": [
+                    {**_alarm(row), "picture": history_picture(state, alarm) if i < MAX_HISTORIES else None}
+                    for i, (row, alarm) in enumerate(shown)
+                ],
+                "parameters": [_parameter(row) for row in document["parameters"] if row["type"] == state.type.name],
+            }
+        )
+    contents = {
+        "document": document,
+        "sentence": fleet_sentence(document),
+        "types": types,
+        "sections": [(row["section"], a) for row in document["sections"] for a in row["alarms"]],
+        "vehicles": document["vehicles"],
+        "number": format_number,
+        "provenance": _provenance(fleet, document),
+    }
+    return write_text(path, render_template("fleet/page.html.j2", contents))
+
+
+def fleet_sentence(document: Mapping[str, Any]) -> str:
+    """Return the state of a fleet in one sentence."""
+    vehicles, alarms = document["vehicles"], document["alarms"]
+    changed = len({row["vehicle"] for row in alarms})
+    sections = sum(bool(row["alarms"]) for row in document["sections"])
+    track = f"; {sections} sections of track have changed" if sections else ""
+    if not changed:
+        return f"No change detected on {len(vehicles)} vehicles{track}."
+    return f"{changed} of {len(vehicles)} vehicles have changed{track}."
+
+
+def _alarm(row: Mapping[str, Any]) -> dict[str, Any]:
+    onset, limit = row["onset"], row["limit"]
+    change = format_with_sd(row["change"], row["change_sd"])
+    relative = "" if row["relative_change"] is None else f" ({100 * row['relative_change']:+.1f} %)"
+    return {
+        "row": row,
+        "change": f"{change} {row['unit'] if row['unit'] != '1' else ''}{relative}",
+        "rate": format_with_sd(row["rate_per_month"], row["rate_per_month_sd"]),
+        "onset": DASH if onset is None else f"{onset['day']} ({onset['low']} to {onset['high']})",
+        "limit": DASH if limit is None else _limit(limit),
+        "explained": f"{100 * row['explained']:.0f} %",
+    }
+
+
+def _limit(limit: Mapping[str, Any]) -> str:
+    what = limit["criterion"] or limit["parameter"]
+    if limit["day"] is None:
+        return f"{what} {format_number(limit['limit'])}: not reached at this rate"
+    high = limit["high"] or "open"
+    return f"{what} {format_number(limit['limit'])}: {limit['day']} ({limit['low']} to {high})"
+
+
+def _parameter(row: Mapping[str, Any]) -> dict[str, str]:
+    relative = abs(row["mean"]) or 1.0
+    percent = row["kind"] == "parameter"
+    spread = f"{100 * row['vehicle_sd'] / relative:.1f} %" if percent else format_number(row["vehicle_sd"])
+    section = f"{100 * row['section_sd'] / relative:.1f} %" if percent else format_number(row["section_sd"])
+    return {
+        "name": row["quantity"],
+        "unit": row["unit"],
+        "mean": format_with_sd(row["mean"], row["mean_sd"]),
+        "spread": spread,
+        "section": section,
+        "temperature": format_with_sd(row["per_temperature"], row["per_temperature_sd"]),
+        "use": format_with_sd(row["per_use"], row["per_use_sd"]),
+    }
+
+
+def _provenance(fleet: Fleet, document: Mapping[str, Any]) -> list[tuple[str, str]]:
+    runs = document["runs"]
+    rows = [
+        ("railui", f"{document['version']}, kernel {core.source_hash()}"),
+        ("runs", f"{runs['all']}, of which {runs['computed']} computed now"),
+        *((f"left out: {reason}", str(count)) for reason, count in runs["left_out"].items()),
+    ]
+    return rows + [(f"sha256 of {Path(i['file']).name}", i["sha256"] or DASH) for i in document["inputs"]]

@@ -1,0 +1,180 @@
+"""A fleet of rigs in files: new runs, the store, the verdicts, the export and the page."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from railui.campaign.settings.fleet import FleetSettings
+from railui.fleet.engine import read_part, update_fleet
+from railui.fleet.fleet_file import load_fleet
+from railui.fleet.pools import ThreadPool
+from railui.fleet.quick_path import Watch, estimates_of_gram, summarise_run
+from railui.fleet.reference import Reference, watched_candidates
+from railui.fleet.store import FleetStore
+from railui.fleet.summary import RunSummary
+from railui.io.problems import FileProblems
+from tests.cli.runner import run as run_cli
+from tests.truth.rig_fleet import NOMINAL, RigFleet, stiffness, write
+
+RIGS = RigFleet(rigs=2, runs=6, seed=3)
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("rigs")
+    write(RIGS, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def store(home: Path) -> Iterator[FleetStore]:
+    directory = home / "one"
+    directory.mkdir()
+    opened = FleetStore(directory)
+    update_fleet(load_fleet(home), opened, ThreadPool(1))
+    yield opened
+    opened.close()
+
+
+def _summaries(store: FleetStore) -> dict[str, RunSummary]:
+    rows = {Path(row[0]).name: store.read(row[8]) for row in store.runs()}
+    return {name: RunSummary.of_arrays(arrays) for name, arrays in rows.items() if arrays is not None}
+
+
+def test_every_run_estimates_the_stiffness_of_its_rig(store: FleetStore) -> None:
+    for name, summary in _summaries(store).items():
+        rig, number = int(name[3]) - 1, int(name[5:7]) - 1
+        found = dict(zip(summary.paths, summary.estimate, strict=False))["vehicle.rig.stiffness"]
+        assert found == pytest.approx(stiffness(RIGS, rig, number), rel=2e-3)
+
+
+def test_what_was_computed_is_not_computed_again(home: Path, store: FleetStore) -> None:
+    again = update_fleet(load_fleet(home), store, ThreadPool(1))
+    assert (again.computed, again.stored) == (0, 12)
+
+
+def test_the_digits_do_not_depend_on_the_number_of_workers(home: Path, store: FleetStore, tmp_path: Path) -> None:
+    other = FleetStore(tmp_path)
+    update_fleet(load_fleet(home), other, ThreadPool(2))
+    first, second = _summaries(store), _summaries(other)
+    other.close()
+    assert first.keys() == second.keys()
+    assert all(np.array_equal(first[name].gram, second[name].gram) for name in first)
+
+
+def test_a_new_run_alone_is_computed(home: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "rigs"
+    shutil.copytree(home, folder, ignore=shutil.ignore_patterns("one"))
+    index = (folder / "runs.csv").read_text().splitlines()
+    (folder / "runs.csv").write_text("\n".join(index[:-1]) + "\n")
+    opened = FleetStore(tmp_path)
+    before = update_fleet(load_fleet(folder), opened, ThreadPool(1))
+    (folder / "runs.csv").write_text("\n".join(index) + "\n")
+    after = update_fleet(load_fleet(folder), opened, ThreadPool(1))
+    opened.close()
+    assert (before.computed, after.computed, after.stored) == (11, 1, 11)
+
+
+def test_a_damaged_row_of_the_store_is_computed_again(home: Path, tmp_path: Path) -> None:
+    opened = FleetStore(tmp_path)
+    opened.write("a", "summary", "rig1", {"x": np.ones(3)})
+    opened.database.execute("UPDATE results SET payload = zeroblob(20)")
+    assert opened.read("a") is None
+    opened.close()
+
+
+def test_a_broken_run_is_left_out_with_its_reason(home: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "rigs"
+    shutil.copytree(home, folder, ignore=shutil.ignore_patterns("one"))
+    (folder / "runs" / "rig2_06.csv.gz").write_bytes(b"no gzip")
+    opened = FleetStore(tmp_path)
+    update = update_fleet(load_fleet(folder), opened, ThreadPool(1))
+    opened.close()
+    assert [Path(file).name for file in update.left_out] == ["rig2_06.csv.gz"]
+
+
+def test_a_sensor_that_reads_ten_per_cent_more_is_half_of_the_followed_gain(home: Path, store: FleetStore) -> None:
+    """The followed effect multiplies a channel by 1.2; its amount for a gain of 1.1 is 0.5."""
+    fleet = load_fleet(home)
+    vehicle = fleet.vehicles["rig1"]
+    part = read_part(str(home / "runs" / "rig1_02.csv.gz"), vehicle.type, fleet.triggers)
+    assert part is not None
+    key = next(key for key in store.keys("reference"))
+    reference = Reference.of_arrays(store.read(key) or {})
+    type_ = vehicle.type
+    object.__setattr__(type_, "watch", ("sensor_gain",))
+    watch = Watch(tuple(watched_candidates(vehicle, part.segment)))
+    before = summarise_run(vehicle, reference, watch, FleetSettings(), part.segment)
+    part.segment.columns["z"][:] *= 1.1  # type: ignore[index]
+    after = summarise_run(vehicle, reference, watch, FleetSettings(), part.segment)
+    at = len(before.paths) + before.directions.index("sensor_gain at z")
+    assert after.estimate[at] - before.estimate[at] == pytest.approx(0.5, abs=0.1)
+
+
+def test_estimates_follow_from_inner_products_as_from_the_rows() -> None:
+    rng = np.random.default_rng(0)
+    rows = rng.standard_normal((5, 200))
+    x, prior, sd = np.array([1.0, 2.0]), np.array([0.9, 2.1]), np.array([0.5, 0.5])
+    gram = rows @ rows.T
+    estimate, deviation, _ = estimates_of_gram(gram, x, prior, sd, 1.0)
+    r, s, d = rows[0], rows[1:3], rows[3:]
+    a = s @ s.T + np.diag(1.0 / sd**2)
+    step = np.linalg.solve(a, s @ r + (prior - x) / sd**2)
+    assert estimate[:2] == pytest.approx(x + step)
+    assert deviation[:2] == pytest.approx(np.sqrt(np.diag(np.linalg.inv(a))))
+    left = d[0] @ d[0] - d[0] @ s.T @ np.linalg.solve(a, s @ d[0])
+    assert estimate[2] == pytest.approx(d[0] @ (r - s.T @ step) / left)
+
+
+def test_faults_of_the_file_are_reported_with_their_line(home: Path, tmp_path: Path) -> None:
+    text = (home / "fleet.yaml").read_text()
+    (tmp_path / "rig.yaml").write_text(NOMINAL.text())
+    (tmp_path / "runs.csv").write_text("file,vehicle,time\n")
+    file = tmp_path / "fleet.yaml"
+    file.write_text(text.replace("dry_friction", "dry_fricton").replace("rig2: rig", "rig2: rag"))
+    with pytest.raises(FileProblems) as found:
+        load_fleet(file)
+    problems = {p.key: (p.line, p.remedy) for p in found.value.problems}
+    assert problems["types.rig.watch.1"][1] == "did you mean 'dry_friction'?"
+    assert problems["vehicles.rig2"][1] == "did you mean 'rig'?"
+    assert all(line > 0 for line, _ in problems.values())
+
+
+def test_faults_of_the_table_of_runs_are_reported_with_their_line(home: Path, tmp_path: Path) -> None:
+    shutil.copy(home / "rig.yaml", tmp_path)
+    shutil.copy(home / "fleet.yaml", tmp_path)
+    (tmp_path / "runs.csv").write_text("file,vehicle,time\na.csv,rig9,1\nb.csv,rig1,noon\n")
+    with pytest.raises(FileProblems) as found:
+        update_fleet(load_fleet(tmp_path), FleetStore(tmp_path), ThreadPool(1))
+    assert [(p.line, p.key) for p in found.value.problems] == [(2, "vehicle"), (3, "time")]
+
+
+def test_status_since_a_day_lists_later_alarms_alone(tmp_path: Path) -> None:
+    results = tmp_path / "railui-fleet"
+    results.mkdir()
+    alarm = {"vehicle": "a", "verdict": "outside", "quantity": "error at z", "relative_change": None, "change": None}
+    alarm |= {"onset": None, "limit": None}
+    document = {"fleet": "f", "vehicles": [], "sections": [], "false_alarms_per_vehicle_month": 0.02}
+    document |= {"runs": {"all": 0, "waiting": 0, "left_out": {}}}
+    document["alarms"] = [{**alarm, "raised": day} for day in ("2026-03-01", "2026-05-01")]
+    (results / "fleet.json").write_text(json.dumps(document))
+    result = run_cli("fleet", "status", str(tmp_path / "fleet.yaml"), "--since", "2026-04-01", "--json", "-", "-q")
+    assert [row["raised"] for row in json.loads(result.stdout)["alarms"]] == ["2026-05-01"]
+
+
+def test_parquet_has_a_row_per_run_and_quantity(home: Path, store: FleetStore, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    from railui.fleet.parquet import export_parquet
+
+    files, rows = export_parquet(load_fleet(home), store, tmp_path)
+    table = parquet.read_table(tmp_path)
+    summary = next(iter(_summaries(store).values()))
+    per_run = len(summary.estimate) + len(summary.channels)
+    assert (files, rows, table.num_rows) == (2, 12 * per_run, 12 * per_run)
+    assert set(table.column("vehicle").to_pylist()) == {"rig1", "rig2"}

@@ -1,0 +1,84 @@
+"""Hierarchical model, filter, control by sisters, and courses against hand formulas."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from railui.fleet.course import arrival, fit_course
+from railui.fleet.level_filter import Levels
+from railui.fleet.mixed_model import fit_mixed_model
+from railui.fleet.monitor import common_deviation
+
+
+def test_the_mixed_model_separates_temperature_trend_vehicles_and_sections() -> None:
+    rng = np.random.default_rng(3)
+    vehicles, blocks, sections = 30, 20, 2
+    vehicle = np.tile(np.arange(vehicles), blocks)
+    block = np.repeat(np.arange(blocks), vehicles)
+    cell = 2 * block + vehicle % sections
+    degrees = (10.0 * np.sin(block / 3.0))[:, None]
+    covariates = np.hstack([degrees, rng.uniform(-0.5, 0.5, (len(block), 1))])
+    use = block / 20.0
+    level, common = 0.05 * rng.standard_normal(vehicles), 0.03 * rng.standard_normal(cell.max() + 1)
+    y = 1.0 - 0.004 * degrees[:, 0] + 0.1 * covariates[:, 1] + 0.2 * use + level[vehicle] + common[cell]
+    y += 0.02 * rng.standard_normal(len(y))
+    found = fit_mixed_model(
+        y, np.full(len(y), 0.02), covariates, use, vehicle, cell, (vehicles, len(common)), iterations=20
+    )
+    assert np.abs(found.fixed - [1.0, -0.004, 0.1, 0.2]) == pytest.approx(0.0, abs=4.0 * found.fixed_sd.max())
+    assert found.variance == pytest.approx(1.0, rel=0.2)
+    assert np.sqrt(found.level_variance) == pytest.approx(0.05, rel=0.4)
+    assert np.sqrt(found.cell_variance) == pytest.approx(0.03, rel=0.4)
+    assert np.corrcoef(found.level, level)[0, 1] > 0.98
+
+
+def test_a_vehicle_with_few_runs_is_pulled_towards_the_fleet() -> None:
+    """With equal variances, a vehicle of one run keeps s_a^2 / (s_a^2 + s^2) of its deviation."""
+    levels = Levels(*(np.array([[x]]) for x in (0.0, 0.0, 4.0, 0.0, 0.0)))
+    one = levels.update(np.zeros((1, 1)), np.array([[1.0]]), np.array([[1.0]]), 10.0)
+    assert one.a[0, 0] == pytest.approx(0.8)
+    assert one.aa[0, 0] == pytest.approx(0.8)
+
+
+def test_the_filter_of_many_blocks_is_weighted_least_squares() -> None:
+    rng = np.random.default_rng(1)
+    use, sd = np.linspace(0.0, 1.0, 12), 0.1
+    y = 2.0 + 0.5 * use + sd * rng.standard_normal(12)
+    levels = Levels(*(np.array([[x]]) for x in (0.0, 0.0, 1e6, 0.0, 1e6)))
+    for m, value in zip(use, y, strict=True):
+        levels = levels.update(np.array([[m]]), np.array([[value]]), np.array([[sd**2]]), 1e9)
+    slope, level = np.polyfit(use, y, 1)
+    assert [levels.a[0, 0], levels.b[0, 0]] == pytest.approx([level, slope], abs=1e-4)
+
+
+def test_what_all_vehicles_have_in_common_is_no_deviation_of_one() -> None:
+    """Twenty sisters moved by one: the common part is found, and one faulty sister hardly changes it."""
+    deviation = np.full((20, 1), 1.0)
+    deviation[0] = 30.0
+    variance, prior = np.full((20, 1), 0.01), np.full((1, 1), 1.0)
+    found, left = common_deviation(deviation, variance, prior, np.ones((1, 20)))
+    assert found[0, 0] == pytest.approx(1.0, abs=0.03)
+    assert left[0, 0] == pytest.approx(0.01 / 19, rel=0.1)
+
+
+def test_without_sisters_nothing_is_subtracted() -> None:
+    found, left = common_deviation(np.ones((2, 1)), np.ones((2, 1)), np.full((1, 1), 0.3), np.zeros((1, 2)))
+    assert (found[0, 0], left[0, 0]) == (0.0, pytest.approx(0.3))
+
+
+def test_onset_rate_and_arrival_of_a_ramp() -> None:
+    t = np.arange(0.0, 200.0, 7.0)
+    y = np.maximum(t - 90.0, 0.0) * -1e-3
+    course = fit_course(t, y + 2e-3 * np.random.default_rng(0).standard_normal(len(t)), np.full(len(t), 2e-3))
+    assert course is not None
+    assert course.onset_low <= 90.0 <= course.onset_high
+    assert course.rate == pytest.approx(-1e-3, abs=3.0 * course.rate_sd)
+    reached = arrival(course, -0.2)
+    assert reached.low <= 290.0 <= reached.high
+    assert reached.probability > 0.99
+    assert not np.isfinite(arrival(course, 0.2).day)
+
+
+def test_two_values_are_no_course() -> None:
+    assert fit_course(np.array([0.0, 1.0]), np.zeros(2), np.ones(2)) is None
