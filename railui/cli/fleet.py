@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from railui.cli.cluster import connect
 from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error
 from railui.cli.tables import make_table
 
@@ -52,7 +53,7 @@ def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, cal
     from railui.execution.lock import Lock
     from railui.fleet.engine import update_fleet
     from railui.fleet.fleet_file import load_fleet
-    from railui.fleet.pools import make_pool
+    from railui.fleet.pools import DaskPool, ThreadPool
     from railui.fleet.status import assess_fleet, fleet_document
     from railui.fleet.store import FleetStore
     from railui.io.atomic import check_directory_writable, write_text
@@ -65,10 +66,8 @@ def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, cal
     check_directory_writable(directory)
     directory.mkdir(parents=True, exist_ok=True)
     progress = StatusLine(call)
-    try:
-        pool = make_pool(call.jobs, scheduler, progress)
-    except ImportError as error:
-        raise usage_error(f"--scheduler needs {error.name}: pip install 'railui[cluster]'") from None
+    cluster = None if scheduler is None else connect(scheduler, call)
+    pool = ThreadPool(call.jobs) if cluster is None else DaskPool(cluster)
     lock = Lock(directory)
     store = FleetStore(directory)
     try:
@@ -83,6 +82,8 @@ def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, cal
     finally:
         store.close()
         lock.release()
+        if cluster is not None:
+            cluster.close()
     _show(call, document)
     call.info(f"wrote to {directory}: {DOCUMENT}, {PAGE}, fleet.sqlite")
     call.write_json(document)

@@ -5,10 +5,9 @@ from __future__ import annotations
 import pickle
 import queue
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import replace
-from functools import partial
 from typing import Any, Final, TypeVar
 
 from distributed import Client, Future, KilledWorker
@@ -34,6 +33,7 @@ WORKER_TIMEOUT: Final = 60.0  # s without any worker
 POLL_INTERVAL: Final = 1.0  # s between two queries of the workers
 WORKER_POLL_INTERVAL: Final = 0.2  # s, while there is no worker
 MAX_CASE_SUBMISSIONS: Final = 10
+MAX_KILLS: Final = 2  # of an item of `map`, before it counts as their cause
 PACE_WEIGHT: Final = 0.2  # of the last bundle in the moving average of the pace
 KILLED_WORKER: Final = "killed its worker"  # a key of `failures` in the result
 
@@ -91,42 +91,65 @@ class DaskRunner:
         parts = split_tasks(tasks, BUNDLE_SECONDS, self.workers, self._pace)
         BundleRun(self, deliver).run(bundle_tasks(parts, self._pace, self.workers))
 
-    def map(self, function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-        """Return the results of a function of each item, in their order; a lost worker costs its items only.
+    def map(
+        self, function: Callable[[Item], Result], items: Sequence[Item], lost: Result | None = None
+    ) -> Iterator[tuple[int, Result]]:
+        """Apply a function to items; yield the number of an item and its result as they arrive.
+
+        Parameters
+        ----------
+        lost
+            Result in place of that of an item that kills one worker after another; None: ClusterError.
 
         Raises
         ------
         ClusterError
-            If the scheduler is lost, no worker is left, or an item kills one worker after another.
+            If the scheduler is lost or no worker is left.
         """
         self._await_workers()
+        completed: queue.SimpleQueue[Future[Any]] = queue.SimpleQueue()
+        pending: dict[Future[Any], tuple[int, int]] = {}  # number of the item, workers that it killed
 
-        def submit(item: Item) -> Future[Any]:
+        def submit(number: int, killed: int = 0) -> None:
             workers = self.accepted_workers() if self.has_refused_workers else None
-            identity = environment_identity()
-            return self._client.submit(run_checked, identity, function, item, workers=workers, pure=False, retries=1)
+            arguments = (run_checked, environment_identity(), function, items[number])
+            future = self._client.submit(*arguments, workers=workers, pure=False, retries=1)
+            pending[future] = number, killed
+            future.add_done_callback(completed.put)
 
-        futures = [submit(item) for item in items]
-        return [self._result(future, partial(submit, x)) for future, x in zip(futures, items, strict=True)]
+        for number in range(len(items)):
+            submit(number)
+        try:
+            while pending:
+                future = self._next(completed)
+                if future is None or future not in pending:
+                    continue
+                number, killed = pending.pop(future)
+                try:
+                    yield number, future.result(timeout=CONNECT_TIMEOUT)
+                except KilledWorker as error:
+                    if killed < MAX_KILLS:
+                        submit(number, killed + 1)
+                    elif lost is None:
+                        raise ClusterError(f"{error.task} killed its workers at {self.address}") from None
+                    else:
+                        yield number, lost
+                except (OSError, TimeoutError, CancelledError) as error:
+                    raise self.lost_scheduler(error) from None
+        finally:
+            for future in pending:
+                future.cancel()
 
-    def _result(self, future: Future[Any], submit: Callable[[], Future[Any]]) -> Any:
-        """Wait for a result; submit its item again where its worker is lost."""
-        killed = 0
-        while True:
-            try:
-                return future.result(timeout=POLL_INTERVAL)
-            except KilledWorker as error:
-                killed += 1
-                if killed > MAX_CASE_SUBMISSIONS:
-                    raise ClusterError(f"{error.task} killed {killed} workers at {self.address}") from None
-                future = submit()
-            except TimeoutError:
-                if not self.is_connected():
-                    raise self.lost_scheduler() from None
-                self.update_workers()
-                self._await_workers()
-            except (OSError, CancelledError) as error:
-                raise self.lost_scheduler(error) from None
+    def _next(self, completed: queue.SimpleQueue[Future[Any]]) -> Future[Any] | None:
+        """Return a completed future; None after a while without one, in which scheduler and workers are checked."""
+        try:
+            return completed.get(timeout=POLL_INTERVAL)
+        except queue.Empty:
+            if not self.is_connected():
+                raise self.lost_scheduler() from None
+            self.update_workers()
+            self._await_workers()
+            return None
 
     # workers
 

@@ -74,8 +74,8 @@ class RunJob:
 class Cluster(Protocol):
     """Processes that compute the information of runs elsewhere."""
 
-    def map(self, function: Callable[[RunJob], Result], jobs: Sequence[RunJob]) -> list[Result]:
-        """Return the results in the order of the jobs."""
+    def map(self, function: Callable[[RunJob], Result], jobs: Sequence[RunJob]) -> Iterator[tuple[int, Result]]:
+        """Yield the number of a job and its result as they arrive."""
         ...
 
 
@@ -112,7 +112,8 @@ def collect_information(
     open_jobs = [
         RunJob(context, segment, i, tuple(candidates), seconds) for i, segment in enumerate(segments) if i not in found
     ]
-    for job, result in zip(open_jobs, _results(open_jobs, len(free.paths), len(keys), cluster), strict=True):
+    for number, result in _results(open_jobs, len(free.paths), len(keys), cluster):
+        job = open_jobs[number]
         found[job.index] = result
         if store is not None:
             store.write(names_of_runs[job.index], *result)
@@ -122,16 +123,18 @@ def collect_information(
     return Information(free, tuple(keys[k] for k in kept), runs)
 
 
-def _results(jobs: Sequence[RunJob], parameters: int, shapes: int, cluster: Cluster | None) -> Iterator[Result]:
-    """Yield the results in the order of the jobs, each as soon as it is there."""
+def _results(
+    jobs: Sequence[RunJob], parameters: int, shapes: int, cluster: Cluster | None
+) -> Iterator[tuple[int, Result]]:
+    """Yield the number of a job and its result, each as soon as it is there."""
     if cluster is not None and jobs:
         jobs[0].context.progress.message(f"{len(jobs)} runs on the cluster")
         yield from cluster.map(run_information, [_remote(job) for job in jobs])
         return
-    for job in jobs:
+    for number, job in enumerate(jobs):
         text = f"{job.segment.file}: {parameters} parameters, {shapes} shapes of effects"
         job.context.progress.message(text)
-        yield run_information(job)
+        yield number, run_information(job)
 
 
 def _remote(job: RunJob) -> RunJob:
