@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import pytest
 from railui.campaign.settings.fleet import FleetSettings
 from railui.fleet.engine import read_part, update_fleet
 from railui.fleet.fleet_file import load_fleet
-from railui.fleet.pools import ThreadPool
+from railui.fleet.pools import DaskPool, ThreadPool
 from railui.fleet.quick_path import Watch, estimates_of_gram, summarise_run
 from railui.fleet.reference import Reference, watched_candidates
 from railui.fleet.store import FleetStore
@@ -65,6 +66,30 @@ def test_the_digits_do_not_depend_on_the_number_of_workers(home: Path, store: Fl
     first, second = _summaries(store), _summaries(other)
     other.close()
     assert first.keys() == second.keys()
+    assert all(np.array_equal(first[name].gram, second[name].gram) for name in first)
+
+
+def test_a_cluster_on_which_a_worker_dies_gives_the_same_digits(home: Path, store: FleetStore, tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    from railui.execution.dask_cluster import DaskRunner
+    from tests.execution.cluster import LocalCluster
+
+    machines = LocalCluster(tmp_path)
+    (tmp_path / "results").mkdir()
+    other = FleetStore(tmp_path / "results")
+    try:
+        doomed, _ = machines.start_workers(2)
+        runner = DaskRunner(machines.address)
+        timer = threading.Timer(0.5, doomed.kill)
+        timer.start()
+        update = update_fleet(load_fleet(home), other, DaskPool(runner))
+        timer.join()
+        runner.close()
+    finally:
+        machines.stop()
+    first, second = _summaries(store), _summaries(other)
+    other.close()
+    assert (update.computed, update.left_out) == (12, {})
     assert all(np.array_equal(first[name].gram, second[name].gram) for name in first)
 
 
