@@ -73,6 +73,7 @@ def history_picture(state: TypeState, alarm: Alarm) -> Picture:
             ends = _axis(np.array([alarm.course.onset_low, alarm.course.onset_high]))
             ax.axvspan(ends[0], ends[1], color="#f7d9c4", alpha=0.5, lw=0, label="onset, 90 %")
         ax.axvline(_axis(np.array([alarm.raised]))[0], color=GREY, lw=0.8, ls="--")
+        ax.set_xlabel(_axis_label(middle))
         ax.set_ylabel("% of nominal" if quantity.kind == PARAMETER else quantity.kind)
         ax.legend(fontsize=6, frameon=False, ncols=4, loc="upper left")
         ax.margins(y=0.25)
@@ -93,11 +94,17 @@ def section_picture(state: TypeState) -> Picture:
             common = monitor.cell_mean[:, s, columns]
             mean = np.array([np.nanmean(row) if np.any(np.isfinite(row)) else np.nan for row in common])
             ax.plot(_axis(middle), mean, "-", lw=1.1, color=colours[s % len(colours)], label=name or "all")
+        ax.set_xlabel(_axis_label(middle))
         ax.set_ylabel("log error, common [1]")
         ax.legend(fontsize=6, frameon=False, ncols=6)
 
     alt = "common deviation of the error of all vehicles on each section, block after block"
     return draw_picture(f"sections_{state.type.name}", alt, (7.2, 2.1), draw)
+
+
+def _axis_label(days: Any) -> str:
+    """Return the label of an axis of times [day]."""
+    return "time [days]" if len(days) and days[0] < NUMBERED_DAYS else "date"
 
 
 def _axis(days: Any) -> list[Any]:
