@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from railui.api.design import Design
     from railui.api.files import check, diff, schema
     from railui.api.fit import Fit, adjust
+    from railui.api.fleet import fleet_status, update_fleet
     from railui.api.fmu import export_fmu, fmu_inputs
     from railui.api.library import effects
     from railui.api.loading import load
@@ -83,6 +84,7 @@ __all__ = [
     "effects",
     "export_fmu",
     "export_state_space",
+    "fleet_status",
     "fmu_inputs",
     "import_recording",
     "linearise_profiles",
@@ -105,6 +107,7 @@ __all__ = [
     "stability",
     "status",
     "synthetic_track",
+    "update_fleet",
 ]
 
 # module of each public name, imported on first access so that `import railui` is quick
@@ -145,6 +148,7 @@ _MODULES = {
     "effects": "railui.api.library",
     "export_fmu": "railui.api.fmu",
     "export_state_space": "railui.api.response",
+    "fleet_status": "railui.api.fleet",
     "fmu_inputs": "railui.api.fmu",
     "import_recording": "railui.api.recordings",
     "linearise_profiles": "railui.api.contact",
@@ -167,6 +171,7 @@ _MODULES = {
     "stability": "railui.running_stability.summary",
     "status": "railui.execution.session",
     "synthetic_track": "railui.track",
+    "update_fleet": "railui.api.fleet",
 }
 
 

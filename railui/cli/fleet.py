@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,11 +14,6 @@ from railui.cli.tables import make_table
 
 if TYPE_CHECKING:
     from rich.table import Table
-
-    from railui.fleet.engine import Update
-
-DOCUMENT = "fleet.json"
-PAGE = "fleet.html"
 
 
 @click.group("fleet", context_settings={"help_option_names": ["-h", "--help"]})
@@ -50,42 +44,26 @@ def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, cal
     What was computed is taken from fleet.sqlite in DIR, where every result is stored as it arrives: an interrupted
     command resumes. The results do not depend on the number of threads or workers.
     """
-    from railui.execution.lock import Lock
-    from railui.fleet.engine import update_fleet
-    from railui.fleet.fleet_file import load_fleet
-    from railui.fleet.pools import DaskPool, ThreadPool
-    from railui.fleet.status import assess_fleet, fleet_document
-    from railui.fleet.store import FleetStore
-    from railui.io.atomic import check_directory_writable, write_text
-    from railui.report.fleet.loops import run_loops
-    from railui.report.fleet.page import write_fleet_page
+    from railui.api.fleet import DOCUMENT, PAGE, update_fleet
+    from railui.fleet.pools import DaskPool
 
-    fleet = load_fleet(fleet_file)
-    call.warn(fleet.warnings)
-    directory = results_directory(fleet.directory, out)
-    check_directory_writable(directory)
-    directory.mkdir(parents=True, exist_ok=True)
-    progress = StatusLine(call)
     cluster = None if scheduler is None else connect(scheduler, call)
-    pool = ThreadPool(call.jobs) if cluster is None else DaskPool(cluster)
-    lock = Lock(directory)
-    store = FleetStore(directory)
     try:
-        update = update_fleet(fleet, store, pool, progress)
-        progress.message("testing the vehicles")
-        states = assess_fleet(fleet, store)
-        reports = run_loops(fleet, states, directory, loops, call.seed or 0, call.jobs, progress)
-        body = {"runs": _counts(update), **fleet_document(fleet, states, reports)}
-        document = call.document("fleet", body, [fleet.source])
-        write_text(directory / DOCUMENT, json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
-        write_fleet_page(fleet, document, states, directory / PAGE)
+        document = update_fleet(
+            fleet_file,
+            out,
+            loops=loops,
+            seed=call.seed,
+            jobs=call.jobs,
+            pool=None if cluster is None else DaskPool(cluster),
+            progress=StatusLine(call),
+            warn=call.warn,
+        )
     finally:
-        store.close()
-        lock.release()
         if cluster is not None:
             cluster.close()
     _show(call, document)
-    call.info(f"wrote to {directory}: {DOCUMENT}, {PAGE}, fleet.sqlite")
+    call.info(f"wrote to {out or 'railui-fleet next to the file'}: {DOCUMENT}, {PAGE}, fleet.sqlite")
     call.write_json(document)
 
 
@@ -96,23 +74,13 @@ def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, cal
 @common_options
 def status(fleet_file: str, out: str | None, since: str | None, call: Invocation) -> None:
     """Report vehicles, alarms and sections as `railui fleet run` found them last; nothing is computed."""
-    from railui.fleet.schema import read_time
-    from railui.io.problems import file_problem
+    from railui.api.fleet import fleet_status
     from railui.io.units import UnitError
 
-    source = Path(fleet_file)
-    file = results_directory(source if source.is_dir() else source.parent, out) / DOCUMENT
-    if not file.is_file():
-        raise file_problem(file, "does not exist", f"run `railui fleet run {fleet_file}` first")
-    document = json.loads(file.read_text("utf-8"))
-    if since is not None:
-        try:
-            first = read_time(since)
-        except UnitError as error:
-            raise usage_error(f"--since: {error}") from None
-        document["alarms"] = [row for row in document["alarms"] if read_time(row["raised"]) >= first]
-        for section in document["sections"]:
-            section["alarms"] = [row for row in section["alarms"] if read_time(row["raised"]) >= first]
+    try:
+        document = fleet_status(fleet_file, out, since)
+    except UnitError as error:
+        raise usage_error(f"--since: {error}") from None
     _show(call, document)
     call.write_json(document)
 
@@ -124,6 +92,7 @@ def status(fleet_file: str, out: str | None, since: str | None, call: Invocation
 @common_options
 def export(fleet_file: str, out: str, results: str | None, call: Invocation) -> None:
     """Export the estimates of all runs as Parquet, partitioned by vehicle and month; DuckDB and polars read it."""
+    from railui.api.fleet import results_directory
     from railui.fleet.fleet_file import load_fleet
     from railui.fleet.parquet import export_parquet
     from railui.fleet.store import FleetStore
@@ -138,22 +107,6 @@ def export(fleet_file: str, out: str, results: str | None, call: Invocation) -> 
         store.close()
     call.show(f"{rows} rows in {files} files below {out}")
     call.write_json(call.document("fleet_export", {"directory": out, "files": files, "rows": rows}, [fleet.source]))
-
-
-def results_directory(home: Path, out: str | None) -> Path:
-    """Return the directory of the results of a fleet."""
-    return Path(out) if out is not None else home / "railui-fleet"
-
-
-def _counts(update: Update) -> dict[str, Any]:
-    reasons = list(update.left_out.values())
-    return {
-        "all": update.runs,
-        "computed": update.computed,
-        "stored": update.stored,
-        "waiting": sum(update.waiting.values()),
-        "left_out": {reason: reasons.count(reason) for reason in sorted(set(reasons))},
-    }
 
 
 def _show(call: Invocation, document: Mapping[str, Any]) -> None:

@@ -21,7 +21,7 @@ def run_length(threshold: float, reference_value: float) -> float:
     Examples
     --------
     >>> round(run_length(4.0, 0.5)), round(run_length(5.0, 0.5))  # exact: 336 and 930
-    (339, 939)
+    (338, 938)
     """
     b, k = threshold + OVERSHOOT, reference_value
     return float((np.exp(2.0 * k * b) - 2.0 * k * b - 1.0) / (2.0 * k * k))

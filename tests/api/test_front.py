@@ -32,6 +32,7 @@ FUNCTIONS = {
     "adjust": ["adjust"],
     "loop": ["loop"],
     "plan": ["plan", "next_runs"],
+    "fleet": ["update_fleet", "fleet_status"],
     "optimise": ["optimise"],
     "status": ["status"],
     "diff": ["diff"],

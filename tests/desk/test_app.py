@@ -75,7 +75,10 @@ async def test_help_covers_the_panel_and_the_focused_widget(open_desk: OpenDesk,
     async with open_desk(bogie) as keys:
         await keys.press("f1")
         assert isinstance(keys.desk.screen, HelpDialog)
-        assert len(keys.desk.screen.texts) == 2 and ("]", "Page: overview, stability, speed") in keys.desk.screen.keys
+        assert (
+            len(keys.desk.screen.texts) == 2
+            and ("]", "Page: overview, stability, speed, shelf") in keys.desk.screen.keys
+        )
         await keys.press("escape")
 
 

@@ -30,7 +30,7 @@ def test_every_command_and_subcommand_has_an_example(name: str) -> None:
         assert f"railui {example.replace('_', ' ', 1)}" in (ROOT / "docs/examples" / f"{example}.md").read_text()
 
 
-GENERATED_PAGES = ("front", "formats", "settings", "commands", "effects", "api", "file_list", "validation", "notebooks")
+GENERATED_PAGES = ("front", "formats", "settings", "commands", "effects", "api", "file_list", "validation")
 
 
 @pytest.mark.parametrize("name", GENERATED_PAGES)

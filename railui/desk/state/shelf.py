@@ -34,7 +34,7 @@ class Shelf:
     """Designs in the order of their letters.
 
     >>> from railui.vehicle.design_reader import parse_design
-    >>> design = parse_design("schema: railui.design/1", "example")
+    >>> design = parse_design("vehicle: {rig: {mass: 95 kg}}")
     >>> shelf = Shelf()
     >>> shelf.keep(design).letter, shelf.keep(design).letter
     ('A', 'B')

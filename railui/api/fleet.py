@@ -1,0 +1,144 @@
+"""Fleets: compute new runs and test all vehicles, or read what was found last."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from railui.api.document import json_document
+from railui.progress import SILENT, Progress
+
+if TYPE_CHECKING:
+    from railui.fleet.engine import Pool, Update
+
+DOCUMENT: Final = "fleet.json"
+PAGE: Final = "fleet.html"
+RESULTS: Final = "railui-fleet"
+
+
+def update_fleet(
+    fleet: str | Path,
+    out: str | Path | None = None,
+    *,
+    loops: int = 0,
+    seed: int | None = None,
+    jobs: int | None = None,
+    pool: Pool | None = None,
+    progress: Progress = SILENT,
+    warn: Callable[[Sequence[Any]], None] | None = None,
+) -> dict[str, Any]:
+    """Compute new runs of a fleet, test all vehicles, write fleet.json and fleet.html, as `railui fleet run`.
+
+    Parameters
+    ----------
+    fleet : str or Path
+        File of the fleet, or its directory.
+    out : str or Path, optional
+        Directory of the results; railui-fleet next to the file by default.
+    loops : int
+        Full loops on vehicles with alarms, at most so many.
+    seed : int, optional
+        Seed of the loops.
+    jobs : int, optional
+        Threads; by default all.
+    pool : Pool, optional
+        Where the runs are computed, in place of threads.
+    progress : Progress
+        Receiver of messages.
+    warn : callable, optional
+        Receives the warnings of the file.
+
+    Returns
+    -------
+    dict
+        The keys of railui.fleet/1, documented in docs/results.md.
+
+    Raises
+    ------
+    FileProblems
+        For a faulty file.
+    OSError
+        For results that cannot be written.
+    """
+    from railui.execution.lock import Lock
+    from railui.fleet.engine import update_fleet as compute
+    from railui.fleet.fleet_file import load_fleet
+    from railui.fleet.pools import ThreadPool
+    from railui.fleet.status import assess_fleet, fleet_document
+    from railui.fleet.store import FleetStore
+    from railui.io.atomic import check_directory_writable, write_text
+    from railui.report.fleet.loops import run_loops
+    from railui.report.fleet.page import write_fleet_page
+
+    loaded = load_fleet(fleet)
+    if warn is not None:
+        warn(loaded.warnings)
+    directory = results_directory(loaded.directory, out)
+    check_directory_writable(directory)
+    directory.mkdir(parents=True, exist_ok=True)
+    lock = Lock(directory)
+    store = FleetStore(directory)
+    try:
+        update = compute(loaded, store, pool or ThreadPool(jobs), progress)
+        progress.message("testing the vehicles")
+        states = assess_fleet(loaded, store)
+        reports = run_loops(loaded, states, directory, loops, seed or 0, jobs, progress)
+        body = {"runs": _counts(update), **fleet_document(loaded, states, reports)}
+        document = json_document("fleet", body, [loaded.source], seed)
+        write_text(directory / DOCUMENT, json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+        write_fleet_page(loaded, document, states, directory / PAGE)
+    finally:
+        store.close()
+        lock.release()
+    return document
+
+
+def fleet_status(fleet: str | Path, out: str | Path | None = None, since: str | None = None) -> dict[str, Any]:
+    """Return vehicles, alarms and sections as they were found last, as `railui fleet status`; nothing is computed.
+
+    Parameters
+    ----------
+    fleet, out
+        As for `update_fleet`.
+    since : str, optional
+        Day; only alarms raised on it or later.
+
+    Raises
+    ------
+    FileProblems
+        Where there are no results.
+    ValueError
+        For a faulty day.
+    """
+    from railui.fleet.schema import read_time
+    from railui.io.problems import file_problem
+
+    source = Path(fleet)
+    file = results_directory(source if source.is_dir() else source.parent, out) / DOCUMENT
+    if not file.is_file():
+        raise file_problem(file, "does not exist", f"run `railui fleet run {fleet}` first")
+    document: dict[str, Any] = json.loads(file.read_text("utf-8"))
+    if since is not None:
+        first = read_time(since)
+        document["alarms"] = [row for row in document["alarms"] if read_time(row["raised"]) >= first]
+        for section in document["sections"]:
+            section["alarms"] = [row for row in section["alarms"] if read_time(row["raised"]) >= first]
+    return document
+
+
+def results_directory(home: Path, out: str | Path | None) -> Path:
+    """Return the directory of the results of a fleet."""
+    return Path(out) if out is not None else home / RESULTS
+
+
+def _counts(update: Update) -> dict[str, Any]:
+    reasons = list(update.left_out.values())
+    return {
+        "all": update.runs,
+        "computed": update.computed,
+        "stored": update.stored,
+        "waiting": sum(update.waiting.values()),
+        "left_out": {reason: reasons.count(reason) for reason in sorted(set(reasons))},
+    }
