@@ -37,7 +37,7 @@ class Sensitivity(DesignResult):
     --------
     >>> sensitivity = Design.load("designs/check_bogie.yaml").sensitivity(["linear_critical_speed"])
     >>> sensitivity.keys, sensitivity.largest("linear_critical_speed", 1)[0]["path"]
-    (('linear_critical_speed',), 'contact.conicity')
+    (('linear_critical_speed',), 'vehicle.geometry.half_wheelbase')
     """
 
     COMMAND: ClassVar[str] = "sensitivity"

@@ -98,7 +98,8 @@ async def test_a_campaign_is_calibrated_and_its_design_taken_within_five_keys(
         assert panel.finished is not None and panel.finished.report["sentence"] == sentence
         assert {bar.name: bar.text for bar in panel.query_one("#errors", Bars).rows} == errors
         await keys.press("left_square_bracket")
-        assert panel.page == "loop" and panel.query_one("#parameters", Bars).rows
+        assert panel.page == "loop"
+        await keys.wait_until(lambda: bool(panel.query_one("#parameters", Bars).rows))
         await keys.press("right_square_bracket")
         assert stored_size(keys.desk.session.autosave.directory.parent) < 20e6
         rankings = panel.query_one("#rankings", Bars)
