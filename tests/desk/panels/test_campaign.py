@@ -99,15 +99,18 @@ async def test_a_campaign_is_calibrated_and_its_design_taken_within_five_keys(
         assert {bar.name: bar.text for bar in panel.query_one("#errors", Bars).rows} == errors
         await keys.press("left_square_bracket")
         assert panel.page == "loop"
-        await keys.wait_until(lambda: bool(panel.query_one("#parameters", Bars).rows))
+        await keys.wait_until_idle()
+        parameters = panel.query_one("#parameters", Bars)
+        assert parameters.rows or not parameters.display  # a low terminal has them in a view of their own
         await keys.press("right_square_bracket")
         assert stored_size(keys.desk.session.autosave.directory.parent) < 20e6
         rankings = panel.query_one("#rankings", Bars)
         reported = rankings.rows
         await keys.press("r")
-        assert "Score test 1 of 1" in str(rankings.border_title) and rankings.rows != reported
+        title = str(rankings.border_title)
+        assert "Score test 1 of " in title and rankings.rows != reported
         assert rankings.rows[0].name == "free play, primary lateral"
-        await keys.press("r")
+        await keys.press(*["r"] * int(title.rpartition(" ")[2]))  # through the others, back to that of the report
         assert rankings.rows == reported
         await keys.press("s")  # another loop would replace the verdict
         assert isinstance(keys.desk.screen, QuestionDialog) and "not written" in keys.desk.screen.question
