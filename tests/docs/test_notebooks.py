@@ -16,7 +16,11 @@ from tests.docs.transcript import ROOT, TIMEOUT, copy_bundled_files
 NOTEBOOKS = sorted((ROOT / "examples").glob("*.py"))
 
 
-@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+# `make docs` executes all of them
+RUN = [pytest.param(p, id=p.stem, marks=() if p.stem == "first_ride" else pytest.mark.slow) for p in NOTEBOOKS]
+
+
+@pytest.mark.parametrize("notebook", RUN)
 def test_a_notebook_runs_without_a_screen(notebook: Path, tmp_path: Path) -> None:
     environment = {**os.environ, "MPLBACKEND": "Agg"}
     done = subprocess.run(
