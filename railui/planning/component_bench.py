@@ -62,7 +62,16 @@ class PlannedBench:
 def planned_benches(context: Context, rivals: Sequence[RivalModel]) -> list[PlannedBench]:
     """Return a bench for every component at which an effect of a rival acts, moved as far as in the estimation runs."""
     model = rivals[0].model
-    ports = sorted({port for rival in rivals for port in _ports(rival, model)})
+    return benches_at(context, model, sorted({port for rival in rivals for port in _ports(rival, model)}))
+
+
+def component_ports(model: Model) -> list[tuple[str, int]]:
+    """Return the location and number of every spring or damper that a bench can hold."""
+    return sorted(key for key, x in model.local_elements.items() if any(x) and key[1] != core.LINKAGE_NUMBER)
+
+
+def benches_at(context: Context, model: Model, ports: Sequence[tuple[str, int]]) -> list[PlannedBench]:
+    """Return a bench for each component, moved as far as in the estimation runs; none for one that does not move."""
     segments = context.dataset.estimation
     names = [f"z.{at}.{port}" for at, port in ports]
     peaks = np.zeros(len(ports))
@@ -78,8 +87,8 @@ def _ports(rival: RivalModel, model: Model) -> Iterator[tuple[str, int]]:
     candidate = rival.candidate
     if candidate is None or "rig" not in core.effect_record(candidate.kind)["at"]:
         return
-    for (at, port), element in model.local_elements.items():
-        if at == candidate.at and port != core.LINKAGE_NUMBER and candidate.wheelset in (None, port) and any(element):
+    for at, port in component_ports(model):
+        if at == candidate.at and candidate.wheelset in (None, port):
             yield at, port
 
 
@@ -142,10 +151,10 @@ def component(model: Model, place: str) -> PlannedBench:
         Where the vehicle has no spring or damper there.
     """
     at, _, number = place.partition(".")
-    elements = {key: x for key, x in model.local_elements.items() if any(x) and key[1] != core.LINKAGE_NUMBER}
-    ports = sorted(port for name, port in elements if name == at and number in ("", str(port)))
+    every = component_ports(model)
+    ports = [port for name, port in every if name == at and number in ("", str(port))]
     if not ports:
-        known = ", ".join(sorted({name for name, _ in elements}))
+        known = ", ".join(sorted({name for name, _ in every}))
         raise ValueError(f"no component at {place}: components are at {known}, with a number as in {at or 'NAME'}.2")
     return PlannedBench(at, ports[0], 0.0)
 

@@ -22,6 +22,10 @@ from railui.planning.next_run import next_runs
 from railui.planning.rivals import RivalModel
 from railui.vehicle.effects import PlacedEffect
 from tests.planning.test_next_run import RUNS, context, rivals
+from tests.truth.bogie import Vehicle
+from tests.truth.component import component_force
+from tests.truth.effects import effect
+from tests.truth.files import vehicle_of
 
 BENCH = PlannedBench("secondary_lateral", 0, 0.01)
 
@@ -43,6 +47,28 @@ def test_the_force_of_a_spring_and_a_damper_is_that_by_hand() -> None:
     by_hand = k * z[first] + c * 0.01 * np.pi * np.cos(np.pi * t)
     assert without[first] - without[first].mean() == pytest.approx(by_hand - by_hand.mean(), abs=2e-3 * by_hand.max())
     assert force - without == pytest.approx(6e5 * (z - z.mean()), abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters"),
+    [
+        ("dry_friction", {"force": 2000.0, "slip_speed": 1e-3}),
+        ("hysteresis", {"stiffness": 2e6, "yield": 3000.0}),
+        ("maxwell_damper", {"stiffness": 2e6, "damping": 1e5}),
+        ("free_play", {"half_width": 2e-3}),
+    ],
+)
+def test_forces_of_a_component_agree_with_the_independent_generator(kind: str, parameters: dict[str, float]) -> None:
+    placed = PlacedEffect(kind, "secondary_lateral", None, parameters)
+    model = context().nominal.with_effect(placed)
+    z = BENCH.motion()
+    rival = RivalModel(None, model, ("vehicle.primary.lateral_stiffness",), np.zeros((1, 1)))
+    force = predict_force(context(), rival, BENCH, z, 0.005, 1.0).series[0]
+    vehicle = vehicle_of(model.design.values, Vehicle())
+    other = component_force(
+        vehicle, [effect(kind, "secondary_lateral", **parameters)], "secondary_lateral", 0, 0.005 * np.arange(len(z)), z
+    )
+    assert force == pytest.approx(other - other.mean(), abs=2e-3 * np.abs(other).max())
 
 
 def test_only_components_at_which_an_undecided_effect_acts_are_proposed() -> None:
