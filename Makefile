@@ -84,7 +84,7 @@ shots: .stamp-build
 # response time of the desk: from outside in a pseudo terminal, then its own heartbeat
 desk-latency: .stamp-build
 	$(BIN)/python -m tests.desk.latency
-	$(BIN)/python -m pytest tests/desk/test_heartbeat.py -q -s
+	$(BIN)/python -m pytest tests/desk/bench_heartbeat.py -q -s
 
 # strict: a warning is an error; the two variables silence notices about successors of mkdocs
 docs: .stamp-build
