@@ -164,7 +164,7 @@ def compute_plan(
     file: PlanFile,
     speeds: Sequence[float],
     tracks: Sequence[str | Path],
-    duration: float = DURATION,
+    duration: float | None = None,
     *,
     sections: int = 1,
     store: str | Path | None = None,
@@ -179,7 +179,7 @@ def compute_plan(
 
     kept = None if store is None else InformationStore(Path(store))
     machine: dict[str, Any] = {"store": kept, "cluster": cluster, "jobs": jobs, "progress": progress}
-    found = make_plan(file, speeds, tracks, duration, seed=seed, sections=sections, **machine)
+    found = make_plan(file, speeds, tracks, duration or DURATION, seed=seed, sections=sections, **machine)
     files = (run.source.file for run in found.runs if run.source.file is not None)
     inputs = tuple(dict.fromkeys([*input_paths(design), file.campaign.source, *files]))
     warnings = tuple(file.campaign.warnings)

@@ -70,8 +70,7 @@ def next_runs(
     if len(undecided(loop.rivals, loop.context.settings.planning)) < 2:
         return []
     design = loop.context.campaign.design
-    file = None if sensors is None else load_plan(sensors, design, noise)
-    levels = {} if file is None else {channel: file.campaign.noise[channel] for channel in file.sensors}
+    levels = {} if sensors is None else load_plan(sensors, design, noise).noise_levels
     tracks = [track] if isinstance(track, str | Path) else track
     found = propose_runs(loop, speeds, tracks, duration, levels, sections, loads, benches)
     return [run_row(run, design.structure) for run in found]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import click
 
@@ -15,8 +15,6 @@ from railui.cli.invocation import Invocation, StatusLine, common_options, usage_
 from railui.cli.plan_after import Candidates, plan_after
 from railui.cli.quantities import parse_duration, parse_plot_path, parse_speeds
 from railui.cli.tables import make_table
-
-DURATION: Final = 60.0  # s of a run
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,7 @@ def _plan_before(
             file,
             candidates.speeds or [],
             candidates.tracks,
-            candidates.duration or DURATION,
+            candidates.duration,
             sections=candidates.sections,
             store=outputs.store,
             cluster=cluster,
@@ -138,21 +136,8 @@ def _plan_before(
     for table in _tables(document, loaded.structure):
         call.show(table)
     if outputs.plot is not None:
-        _write_plot(document, loaded.structure, outputs.plot)
-        call.info(f"wrote {outputs.plot}")
+        call.info(f"wrote {plan.save(outputs.plot)}")
     call.write_json(document)
-
-
-def _write_plot(document: Mapping[str, Any], structure: Any, path: str) -> None:
-    if path.lower().endswith(".html"):
-        from railui.report.plan.page import write_plan_page
-
-        write_plan_page(document, structure, path)
-        return
-    from railui.report.plan.figures import draw_plan
-    from railui.report.plan.rows import effect_rows
-
-    draw_plan(document, effect_rows(document, structure=structure), path)
 
 
 def _tables(document: Mapping[str, Any], structure: Any) -> list[Any]:

@@ -84,8 +84,7 @@ def _propose(loop: FinishedLoop, candidates: Candidates) -> list[NextRun]:
 
     levels: dict[str, float] = {}
     if candidates.sensors is not None:
-        file = load_plan(candidates.sensors, loop.context.campaign.design, candidates.noise)
-        levels = {c: file.campaign.noise[c] for c in file.sensors}
+        levels = load_plan(candidates.sensors, loop.context.campaign.design, candidates.noise).noise_levels
     if candidates.bench not in (None, ALL):
         raise usage_error(f"--bench {candidates.bench} is for --measured: `--bench all` proposes benches")
     try:
@@ -105,13 +104,15 @@ def _propose(loop: FinishedLoop, candidates: Candidates) -> list[NextRun]:
 
 def _run_table(found: Sequence[NextRun], rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Any:
     """Return the table of the best runs: the chance that each decides, and that against every rival."""
+    from railui.report.loop.next_run import prospect_cells
+
     lines = [
         (
             row["name"],
             f"{row['duration']:.0f} s",
             " ".join(r.sensors),
             f"{100 * r.probability:.0f} %",
-            *_chances(r, names),
+            *prospect_cells(row, len(names), missing="-"),
         )
         for r, row in zip(found[:MAX_ROWS], rows, strict=False)
     ]
@@ -121,11 +122,6 @@ def _run_table(found: Sequence[NextRun], rows: Sequence[Mapping[str, Any]], name
     )
     columns = ("run", "duration", "sensors", "decides", *names)
     return make_table(columns, lines, title="next runs, the best first", caption=caption)
-
-
-def _chances(run: NextRun, names: Sequence[str]) -> list[str]:
-    chance = {p.rival: "same motion" if p.is_equivalent else f"{100 * p.probability:.0f} %" for p in run.prospects}
-    return [chance.get(j, "-") for j in range(1, len(names) + 1)]
 
 
 def _decide(loop: FinishedLoop, measured: str, candidates: Candidates, call: Invocation) -> list[Decision]:

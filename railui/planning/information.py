@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_length, split_into_blocks
 from railui.identification.estimation.fit import block_duration
@@ -54,8 +53,8 @@ class RunJob:
     ----------
     context
         Of all runs, or of this one.
-    segment
-        The run.
+    target
+        The run, prepared for comparison.
     index
         Its number, which seeds its noise.
     candidates
@@ -65,7 +64,7 @@ class RunJob:
     """
 
     context: Context
-    segment: Segment
+    target: FitSegment
     index: int
     candidates: tuple[Candidate, ...]
     seconds: float
@@ -110,7 +109,7 @@ def collect_information(
     ]
     found = {i: result for i, name in enumerate(names_of_runs) if store and (result := store.read(name)) is not None}
     open_jobs = [
-        RunJob(context, segment, i, tuple(candidates), seconds) for i, segment in enumerate(segments) if i not in found
+        RunJob(context, target, i, tuple(candidates), seconds) for i, target in enumerate(prepared) if i not in found
     ]
     for number, result in _results(open_jobs, len(free.paths), len(keys), cluster):
         job = open_jobs[number]
@@ -132,24 +131,22 @@ def _results(
         yield from cluster.map(run_information, [_remote(job) for job in jobs])
         return
     for number, job in enumerate(jobs):
-        text = f"{job.segment.file}: {parameters} parameters, {shapes} shapes of effects"
+        text = f"{job.target.segment.file}: {parameters} parameters, {shapes} shapes of effects"
         job.context.progress.message(text)
         yield number, run_information(job)
 
 
 def _remote(job: RunJob) -> RunJob:
     """Return a job with what its run needs only, for one thread."""
-    segment, context = replace(job.segment, tables={}), job.context.in_background(1)
-    return replace(
-        job, segment=segment, context=replace(context, dataset=replace(context.dataset, segments=(segment,)))
-    )
+    segment, context = replace(job.target.segment, tables={}), job.context.in_background(1)
+    dataset = replace(context.dataset, segments=(segment,))
+    return replace(job, target=replace(job.target, segment=segment), context=replace(context, dataset=dataset))
 
 
 def run_information(job: RunJob) -> Result:
     """Linearise the nominal model on a run; the result does not depend on the other runs, nor on the process."""
-    context = job.context
+    context, target = job.context, job.target
     model = context.nominal
-    (target,) = prepare_segments(context, model, [job.segment])
     free = free_parameters(context, model, context.campaign.estimated_parameters)
     solver = GaussNewton(context, model, free, [target], block=job.seconds, stable=False)
     x = np.array([model.value(p) for p in free.paths])

@@ -81,6 +81,11 @@ class PlanFile:
     costs: Mapping[str, float]
     budget: float | None
 
+    @property
+    def noise_levels(self) -> dict[str, float]:
+        """Standard deviation [SI] of the noise of each sensor."""
+        return {c: self.campaign.noise[c] for c in self.sensors}
+
     def cost(self, name: str) -> float:
         """Cost of a sensor, or of a run as "run"."""
         return self.costs.get(name, DEFAULT_COST)

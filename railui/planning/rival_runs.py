@@ -20,6 +20,7 @@ from railui.arrays import FloatArray
 from railui.campaign.comparison import comparison_filter, kernel_filter
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
+from railui.identification.estimation.block_products import split_into_blocks
 from railui.identification.estimation.noise_floor import noise_weights
 from railui.identification.prediction import Predictor
 from railui.planning.noise_residuals import draw_noise_residuals
@@ -60,20 +61,12 @@ class Prediction:
 
     def products(self, measured: FloatArray, block: int) -> Products:
         """Return the inner products with measured channels [draw, channel, n], in blocks of samples."""
-        axes = _split(self.directions.transpose(1, 0, 2), block)
-        residuals = _split((measured - self.series).transpose(1, 0, 2), block)
+        axes, residuals = (
+            split_into_blocks(rows, block).transpose(1, 2, 0, 3) for rows in (self.directions, measured - self.series)
+        )  # [channel, block, row, sample]
         samples_first = residuals.transpose(0, 1, 3, 2)
         squares = np.einsum("cbdn,cbdn->cbd", residuals, residuals)
         return Products(axes @ axes.transpose(0, 1, 3, 2), axes @ samples_first, squares, self.share)
-
-
-def _split(rows: FloatArray, block: int) -> FloatArray:
-    """Split [channel, row, n] into blocks [channel, block, row, sample], the last one filled up with zeros."""
-    channels, count, n = rows.shape
-    blocks = -(-n // block)
-    padded = np.zeros((channels, count, blocks * block))
-    padded[..., :n] = rows
-    return padded.reshape(channels, count, blocks, block).transpose(0, 2, 1, 3)
 
 
 @dataclass(frozen=True, eq=False)

@@ -100,8 +100,12 @@ def next_run_lines(report: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _cell(prospect: Mapping[str, Any]) -> str:
-    return "same motion" if prospect["equivalent"] else f"{100 * prospect['probability']:.0f} %"
+def prospect_cells(run: Mapping[str, Any], rivals: int, missing: str = "–") -> list[str]:
+    """Return the chance that a run separates the final model from each of the other rivals, as text."""
+    chance = {
+        p["rival"]: "same motion" if p["equivalent"] else f"{100 * p['probability']:.0f} %" for p in run["prospects"]
+    }
+    return [chance.get(j, missing) for j in range(1, rivals + 1)]
 
 
 def _nothing_undecided(report: Mapping[str, Any]) -> str:
@@ -119,7 +123,6 @@ def _nothing_undecided(report: Mapping[str, Any]) -> str:
 def next_run_table(report: Mapping[str, Any], structure: Structure | None = None) -> dict[str, Any]:
     """Return the table of the page: a column per undecided rival, a row per run."""
     rows = undecided_rows(report)
-    chances = [{p["rival"]: _cell(p) for p in run["prospects"]} for run in report.get("next_runs", ())]
     return {
         "note": _nothing_undecided(report),
         "rivals": [(rival_text(row, structure), f"{row['z']:.2f}") for row in rows],
@@ -128,8 +131,8 @@ def next_run_table(report: Mapping[str, Any], structure: Structure | None = None
                 "name": run["name"],
                 "sensors": " ".join(run["sensors"]),
                 "duration": f"{run['duration']:.0f} s",
-                "cells": [chance.get(j, "–") for j in range(1, len(rows) + 1)],
+                "cells": prospect_cells(run, len(rows)),
             }
-            for run, chance in zip(report.get("next_runs", ()), chances, strict=True)
+            for run in report.get("next_runs", ())
         ],
     }
