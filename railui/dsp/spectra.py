@@ -106,7 +106,7 @@ def coherence(x: FloatArray, y: FloatArray, rate: float, n: int) -> tuple[FloatA
 
 
 def multiple_coherence(inputs: FloatArray, x: FloatArray, rate: float, n: int) -> tuple[FloatArray, FloatArray]:
-    """Estimate the share of the power of a series [k] that is coherent with several inputs [input, k].
+    """Estimate the share of the power of series [..., k] that is coherent with several inputs [input, k].
 
     What inputs explain by chance is subtracted: 1 - (1 - c) K/(K - p) with K segments and p inputs. Segments and
     windows as in `csd`.
@@ -114,7 +114,8 @@ def multiple_coherence(inputs: FloatArray, x: FloatArray, rate: float, n: int) -
     Returns
     -------
     tuple of FloatArray, FloatArray
-        Frequencies in the unit of `rate`, and the coherence, 0 to 1; not a number with fewer segments than inputs.
+        Frequencies [line] in the unit of `rate`, and the coherence [..., line], 0 to 1; not a number with fewer
+        segments than inputs.
 
     References
     ----------
@@ -124,7 +125,7 @@ def multiple_coherence(inputs: FloatArray, x: FloatArray, rate: float, n: int) -
     >>> multiple_coherence(np.array(x), x[0] - 2.0 * x[1], 1.0, 40)[1][1:-1].round(6).min().item()
     1.0
     """
-    n = min(n, len(x))
+    n = min(n, x.shape[-1])
     window = hann(n)
 
     def transforms(z: FloatArray) -> ComplexArray:
@@ -132,15 +133,15 @@ def multiple_coherence(inputs: FloatArray, x: FloatArray, rate: float, n: int) -
         return np.asarray(np.fft.rfft((segments - segments.mean(axis=-1, keepdims=True)) * window))
 
     series, lines = transforms(x), transforms(inputs)
-    f, count, averages = np.asarray(np.fft.rfftfreq(n, 1.0 / rate)), len(inputs), len(series)
+    f, count, averages = np.asarray(np.fft.rfftfreq(n, 1.0 / rate)), len(inputs), series.shape[-2]
     if averages <= count:
-        return f, np.full(len(f), np.nan)
+        return f, np.full((*x.shape[:-1], len(f)), np.nan)
     by_frequency = lines.transpose(2, 1, 0)
     scale = np.sqrt(np.sum(np.abs(by_frequency) ** 2, axis=1, keepdims=True)) + 1e-300
     basis, size, _ = np.linalg.svd(by_frequency / scale, full_matrices=False)
-    projected = np.abs(np.einsum("fkp,kf->fp", basis.conj(), series)) ** 2
-    explained = np.sum(projected * (size > MIN_INPUT_SIZE * size[:, :1]), axis=1)
-    share = explained / (np.sum(np.abs(series) ** 2, axis=0) + 1e-300)
+    projected = np.abs(np.einsum("fkp,...kf->...fp", basis.conj(), series)) ** 2
+    explained = np.sum(projected * (size > MIN_INPUT_SIZE * size[:, :1]), axis=-1)
+    share = explained / (np.sum(np.abs(series) ** 2, axis=-2) + 1e-300)
     return f, np.clip(1.0 - (1.0 - share) * averages / (averages - count), 0.0, 1.0)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from railui.io.number_format import scale_to_prefix, typeset_unit
 
 DASH = "–"
+CONFIDENCE_FACTOR = 1.96  # standard deviations of a 95 % interval of a normal distribution
 MILLIMETRE_RANGE = (1e-4, 0.1)  # m or m/s: lengths of this range are usually stated in mm
 METRE_LIMIT = 10.0  # m or m/s
 

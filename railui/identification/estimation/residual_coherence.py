@@ -144,7 +144,7 @@ class _Spectra:
     """Windowed transforms of the compared samples of a segment, at the frequencies of the band."""
 
     def __init__(self, segment: Segment, dt: float, samples: int, inputs: int, band: tuple[float, float]) -> None:
-        self.length = _window_length(segment, dt, samples, inputs)
+        self.length = window_length(segment, dt, samples, inputs)
         self.starts = range(0, samples - self.length + 1, max(self.length // 2, 1))
         f = np.fft.rfftfreq(self.length, dt)
         self.used = (f >= band[0]) & (f <= band[1]) & (f > 0.0)
@@ -186,7 +186,7 @@ def _by_output(powers: Sequence[tuple[FloatArray, FloatArray]], outputs: int) ->
     return [_Coherent(both[:, 0, i], both[:, 1, i]) for i in range(outputs)]
 
 
-def _window_length(segment: Segment, dt: float, samples: int, inputs: int) -> int:
+def window_length(segment: Segment, dt: float, samples: int, inputs: int) -> int:
     """Samples of a window: short enough for several windows per input."""
     enough = 2 * samples // (WINDOWS_PER_INPUT * max(inputs, 1) + 1)
     if segment.is_rig:

@@ -12,10 +12,10 @@ from railui.arrays import FloatArray
 from railui.identification.component_force import elements_at_port, restoring_force
 from railui.identification.unmodelled.nonparametric import estimate_force_points
 from railui.report.loop.force_evaluation import EvaluationWindow
+from railui.report.numbers import CONFIDENCE_FACTOR
 from railui.vehicle.model import Model
 
 DRAWS, SEED = 40, 5  # of the estimated parameters
-CONFIDENCE_FACTOR = 1.96  # 95 % of a normal distribution
 MAX_SAMPLES = 100_000  # of a segment, beyond which no band is computed
 POINTS = 25  # of the nonparametric estimate
 TAIL_SHARE = 0.005  # of the samples at either end of the motion, beyond its outermost points
@@ -25,7 +25,7 @@ MAX_ERROR_SHARE = 0.5  # of the range of the law, of the median error of the poi
 
 @dataclass(frozen=True, eq=False)
 class LawEvidence:
-    """What the data say of a force beyond its estimated law.
+    """Evidence of the data for a force beyond its estimated law.
 
     Attributes
     ----------

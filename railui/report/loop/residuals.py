@@ -15,17 +15,14 @@ from railui.campaign.noise.record import band_limits
 from railui.campaign.segment import Segment
 from railui.dsp.spectra import multiple_coherence, welch
 from railui.identification.estimation.noise_floor import SimulatedTruth
-from railui.identification.estimation.residual_coherence import track_inputs
+from railui.identification.estimation.residual_coherence import track_inputs, window_length
 from railui.identification.result import LoopResult
 from railui.report.loop.figures import compared_series
+from railui.report.numbers import CONFIDENCE_FACTOR
 
 NOISE_DRAWS = 8  # of the noise model, for the residual of a correct model
 MAX_LAG = 1.0  # s, of an autocorrelation
 RIG_LAG_SHARE, MIN_LAGS = 0.02, 25  # longest lag of a short series
-WINDOW_SECONDS = 2.56  # longest window of a coherence
-WINDOWS_PER_INPUT = 4
-RIG_WINDOWS = 60
-CONFIDENCE_FACTOR = 1.96  # 95 % of a normal distribution
 SPECTRUM_WINDOWS = 12  # without overlap
 
 
@@ -113,19 +110,18 @@ def channel_residuals(result: LoopResult, index: int) -> dict[str, ChannelResidu
         return {}
     expected = _expected_residuals(result, segment, index)
     inputs = track_inputs(result.context, segment)
-    length = _window_samples(segment, measured.shape[1], len(inputs))
+    length = window_length(segment, segment.dt, measured.shape[1], len(inputs))
     band = band_limits(result.dataset.campaign.band, segment.dt)
+    shown = {"measured": measured, **residuals}
+    frequencies, lines = np.zeros(0), np.full((len(shown), len(measured), 1), np.nan)
+    if len(inputs):
+        frequencies, lines = multiple_coherence(inputs, np.stack(list(shown.values())), 1.0 / segment.dt, length)
     found = {}
     for i, name in enumerate(channels):
         row = segment.channels.index(name)
-        shown = {model: x[row] for model, x in residuals.items()}
-        lines = {
-            key: multiple_coherence(inputs, x, 1.0 / segment.dt, length) if len(inputs) else None
-            for key, x in {"measured": measured[row], **shown}.items()
-        }
-        frequencies = next((line[0] for line in lines.values() if line), np.zeros(0))
-        coherence = {key: line[1] for key, line in lines.items() if line and np.all(np.isfinite(line[1]))}
-        found[name] = ChannelResidual(name, segment.dt, shown, expected[:, i], band, frequencies, coherence)
+        coherence = {key: x[row] for key, x in zip(shown, lines, strict=True) if np.all(np.isfinite(x[row]))}
+        own = {model: x[row] for model, x in residuals.items()}
+        found[name] = ChannelResidual(name, segment.dt, own, expected[:, i], band, frequencies, coherence)
     return found
 
 
@@ -134,10 +130,3 @@ def _expected_residuals(result: LoopResult, segment: Segment, index: int) -> Flo
     truth = SimulatedTruth(result.context, result.after.model, segment, index)
     drawn = (truth.draw(seed) for seed in range(NOISE_DRAWS))
     return np.stack([noisy - simulated for noisy, simulated in drawn])
-
-
-def _window_samples(segment: Segment, samples: int, inputs: int) -> int:
-    """Samples of a window of the coherence: short enough for several windows per input."""
-    enough = 2 * samples // (WINDOWS_PER_INPUT * max(inputs, 1) + 1)
-    longest = 2 * samples // RIG_WINDOWS if segment.is_rig else round(WINDOW_SECONDS / segment.dt)
-    return max(min(longest, enough), 8)

@@ -9,9 +9,8 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.identification.estimation.fit import Fit
-from railui.report.numbers import DASH
+from railui.report.numbers import CONFIDENCE_FACTOR, DASH
 
-CONFIDENCE_FACTOR = 1.96  # 95 % of a normal distribution
 MAX_CORRELATED = 24  # parameters of the matrix; of more, those that correlate most
 MIN_NOTABLE = 0.5  # correlation with the parameter of an effect, from which it is named
 
