@@ -192,7 +192,7 @@ class Run(MeasuredRun, Summarised):
             For Parquet without pyarrow.
         """
         units = self.column_units
-        columns = {f"{n} [{units[n]}]": x for n, x in self.columns.items()}
+        columns = {f"{n} [{units[n]}]" if units[n] else n: x for n, x in self.columns.items()}
         columns = columns if self.table is None else _by_header(self.table)
         if str(path).lower().endswith(PARQUET):
             return write_series(path, columns)
@@ -259,7 +259,7 @@ def _table(columns: Mapping[str, ArrayLike], units: Mapping[str, str] | None, na
 
 
 def _by_header(table: Table) -> dict[str, FloatArray]:
-    headers = (n if unit is None else f"{n} [{unit}]" for n, unit in zip(table.names, table.units, strict=True))
+    headers = (f"{n} [{unit}]" if unit else n for n, unit in zip(table.names, table.units, strict=True))
     return {header: table.rows[:, i] for i, header in enumerate(headers)}
 
 

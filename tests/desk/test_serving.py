@@ -8,6 +8,7 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -34,9 +35,19 @@ def served(bogie: Path, tmp_path: Path) -> Iterator[str]:
         assert process.stdout is not None
         match = ADDRESS.match(process.stdout.readline())
         assert match is not None
+        _wait_until_listening(int(match[2]))
         yield match[1]
         process.send_signal(signal.SIGINT)
         assert process.wait(20) == 0
+
+
+def _wait_until_listening(port: int, seconds: float = 30.0) -> None:
+    for _ in range(int(seconds / 0.1)):
+        with socket.socket() as connection:
+            if connection.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.1)
+    raise AssertionError(f"nothing listens on port {port}")
 
 
 def status(url: str, headers: dict[str, str] | None = None) -> int:

@@ -59,7 +59,9 @@ def test_a_design_is_edited_and_the_terminal_restored(terminal: Terminal, bogie:
     terminal.until("SATISFACTORY")
     terminal.keys("/")
     terminal.until("Find a parameter")
-    terminal.keys("p", "r", "i", "Enter", "5", "Space", "M", "N", "/", "m", "Enter")
+    terminal.keys("p", "r", "i", "Enter")
+    terminal.until("▸lateral stiffness")
+    terminal.keys("5", "Space", "M", "N", "/", "m", "Enter")
     screen = terminal.until("━━ base")  # the design was evaluated again
     assert "displacement spectrum" in screen and "┤" in screen
     terminal.keys("C-s")
