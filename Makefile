@@ -125,7 +125,7 @@ deny:
 
 # long trials of the identification: true effect excluded, crossed damping, sensitivity to the settings
 slow: .stamp-build
-	$(BIN)/python -m pytest tests/identification -m slow
+	$(BIN)/python -m pytest tests/identification tests/planning tests/fleet -m slow
 
 # the optional dependencies `bench`
 exudyn: .stamp-build

@@ -31,6 +31,7 @@ def is_same(a: Information, b: Information) -> bool:
     return a.keys == b.keys and all(np.array_equal(x, y) for x, y in pairs)
 
 
+@pytest.mark.slow
 def test_a_cluster_computes_the_digits_of_one_process(cluster: LocalCluster) -> None:
     doomed, _ = cluster.start_workers(2)
     runner = DaskRunner(cluster.address)

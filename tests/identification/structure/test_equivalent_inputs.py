@@ -52,6 +52,7 @@ def test_a_location_has_fewer_forces_than_there_are_channels(responses: tuple[st
     assert all(math.isfinite(o.share) and o.share < 1.0 for o in locations)
 
 
+@pytest.mark.slow
 def test_a_loop_on_one_response_reaches_a_verdict():
     excluded = [r["kind"] for r in core.effect_catalogue() if r["kind"] not in ("quadratic_damper", "sensor_gain")]
     dataset = reduced(simulated_campaign(PLAY), ("ayf",))
