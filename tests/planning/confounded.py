@@ -202,6 +202,11 @@ def totals(rows: Sequence[Row]) -> list[str]:
     lines = ["| outcome | count | % | 95 % limits |", "| --- | ---: | ---: | ---: |"]
     for duration in DURATIONS:
         lines += _totals_of(f"{duration:g} s", [r for r in rows if r.duration == duration])
+    for kind in sorted({r.chance_kind for r in rows}):
+        by_chance = [r.chance_decides for r in rows if r.chance_kind == kind]
+        proposed = [r.decides for r in rows if r.kind == kind]
+        lines.append(format_total(f"both durations, {kind}: one by chance decides", by_chance))
+        lines += [format_total(f"both durations, {kind}: proposed one decides", proposed)] if proposed else []
     likely = [r for r in rows if r.promised >= LIKELY]
     lines += [
         format_total(f"proposed runs promised at {100 * LIKELY:.0f} % or more: decide", [r.decides for r in likely]),

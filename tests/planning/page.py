@@ -26,10 +26,12 @@ NEXT = """\
 ## Does the proposed run decide?
 
 Short campaigns with few sensors, 25 and 20 s, in which the planted effect was among rivals that the data did not
-separate (`python -m tests.planning.confounded`). The proposed run and one by chance among those that may be made (12
-or 30 s at 20 to 40 m/s on a smooth, a usual and a rough section, with the same sensors or one more) were simulated with
-the true vehicle. Campaigns whose rivals all predict one motion in every such run, such as a stop without clearance and
-a spring, were drawn again, and such rivals of the others left out: they are one law in other words.
+separate (`python -m tests.planning.confounded`). The measurements that may be made are runs of 12 s (or 30 s) at 20 to
+40 m/s on a smooth, a usual and a rough section, with the same sensors or one more, empty or laden (frame 30 % heavier,
+wheel load 20 %), and any component on a bench. The proposed one and one by chance, its kind drawn first and then one of
+this kind, were simulated with the true vehicle by the independent generator. Campaigns whose rivals all predict one
+motion in every such measurement, such as a stop without clearance and a spring, were drawn again, and such rivals of
+the others left out: they are one law in other words. All this was fixed before the first of these cases was drawn.
 """
 
 
