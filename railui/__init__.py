@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from railui.api.fmu import export_fmu, fmu_inputs
     from railui.api.library import effects
     from railui.api.loading import load
-    from railui.api.loop import Loop
+    from railui.api.loop import Loop, loop
     from railui.api.machine import benchmark, self_test
     from railui.api.optimisation import Optimisation
     from railui.api.plan import Plan, plan
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from railui.execution.session import status
     from railui.io.problems import FileProblems, Problem
     from railui.optimisation.optimise import optimise
-    from railui.report.loop.data import loop
     from railui.ride_quality.evaluation import ride, ride_many, simulate
     from railui.ride_quality.linear_response import response
     from railui.ride_quality.track_assessment import assess
@@ -153,7 +152,7 @@ _MODULES = {
     "import_recording": "railui.api.recordings",
     "linearise_profiles": "railui.api.contact",
     "load": "railui.api.loading",
-    "loop": "railui.report.loop.data",
+    "loop": "railui.api.loop",
     "next_runs": "railui.api.planning",
     "open_desk": "railui.desk.opening",
     "optimise": "railui.optimisation.optimise",
