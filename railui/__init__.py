@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from railui._version import __version__
     from railui.api.assessed_track import Assessment
     from railui.api.assessment import assess_en14363
+    from railui.api.bundled import bundled
     from railui.api.campaign import Campaign
     from railui.api.contact import analyse_contact, analyse_radius_table, linearise_profiles
     from railui.api.curving import Curve
@@ -75,6 +76,7 @@ __all__ = [
     "assess",
     "assess_en14363",
     "benchmark",
+    "bundled",
     "check",
     "curve",
     "curves",
@@ -139,6 +141,7 @@ _MODULES = {
     "assess": "railui.ride_quality.track_assessment",
     "assess_en14363": "railui.api.assessment",
     "benchmark": "railui.api.machine",
+    "bundled": "railui.api.bundled",
     "check": "railui.api.files",
     "curve": "railui.curving",
     "curves": "railui.curving",
