@@ -1,6 +1,6 @@
 # run: loop and search on the bundled campaign; test: everything; check: style, types and layers; rust: the kernel's own tests;
 # bench: speed of the kernel; blind: blind simulation study; blind-coaches: of a coach;
-# dist: wheel, source archive, bill of materials, installed away from the checkout; minimum: with the oldest versions allowed;
+# dist: wheel, source archive, bill of materials, installed away from the checkout, where the notebooks run; minimum: with the oldest versions allowed;
 # wheels: for x86-64 and aarch64 Linux, the former tried with every Python found;
 # mutants: changes of single lines of the verdict, the score test, the score and the wire that no test notices;
 # docs: the site, in target/site; transcripts: check every command of README and docs, the recording in real time included;
@@ -95,7 +95,7 @@ docs: .stamp-build
 dist: .stamp-build
 	rm -rf dist
 	$(BIN)/python -m maturin build --release --sdist --quiet --out dist
-	$(BIN)/python release/check_install.py dist/railui-*.whl --freeze dist/installed.json
+	$(BIN)/python release/check_install.py dist/railui-*.whl --notebooks --freeze dist/installed.json
 	$(BIN)/python release/check_install.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
 	$(BIN)/python release/bill_of_materials.py dist/installed.json dist
 

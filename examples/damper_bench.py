@@ -15,8 +15,8 @@ from matplotlib import pyplot as plt
 
 import railui
 
-BENCH = "designs/campaigns/mr_damper"
-runs = {name: railui.Run.load(f"{BENCH}/{name}.csv.gz") for name in ("25mm_0.25Hz_1A", "5mm_3Hz_1A", "25mm_0.5Hz_1A")}
+BENCH = railui.bundled("campaigns/mr_damper")
+runs = {name: railui.Run.load(BENCH / f"{name}.csv.gz") for name in ("25mm_0.25Hz_1A", "5mm_3Hz_1A", "25mm_0.5Hz_1A")}
 runs["25mm_0.25Hz_1A"]
 
 # %% [markdown]

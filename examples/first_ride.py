@@ -14,7 +14,7 @@ from matplotlib import pyplot as plt
 
 import railui
 
-design = railui.Design.load("designs/test_bogie.yaml")
+design = railui.Design.load(railui.bundled("test_bogie.yaml"))
 track = railui.Track.synthetic("erri_b176_low", length=1000.0, seed=1)
 ride = design.ride(track, "144 km/h")
 ride  # in a notebook: the summary as a table

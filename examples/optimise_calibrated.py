@@ -14,7 +14,7 @@ import numpy as np
 
 import railui
 
-nominal = railui.Design.load("designs/test_bogie.yaml")
+nominal = railui.Design.load(railui.bundled("test_bogie.yaml"))
 clearance = "effects: [{kind: free_play, at: secondary_lateral, half_width: 0.8 mm}]\n"
 truth = railui.Design.from_text(nominal.to_yaml() + clearance)
 noise = {"e1": 5e-5, "e2": 5e-5, "ay1": 0.05, "ay2": 0.05, "ayf": 0.02, "d1": 2e-5, "d2": 2e-5}

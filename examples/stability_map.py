@@ -15,7 +15,7 @@ from matplotlib import pyplot as plt
 
 import railui
 
-design = railui.Design.load("designs/test_bogie.yaml")
+design = railui.Design.load(railui.bundled("test_bogie.yaml"))
 stability = design.stability(np.arange(10.0, 91.0, 5.0))
 print(stability.summary())
 

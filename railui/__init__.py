@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from railui._version import __version__
     from railui.api.assessed_track import Assessment
     from railui.api.assessment import assess_en14363
+    from railui.api.bundled import bundled
     from railui.api.campaign import Campaign
     from railui.api.contact import analyse_contact, analyse_radius_table, linearise_profiles
     from railui.api.curving import Curve
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from railui.api.fmu import export_fmu, fmu_inputs
     from railui.api.library import effects
     from railui.api.loading import load
-    from railui.api.loop import Loop
+    from railui.api.loop import Loop, loop
     from railui.api.machine import benchmark, self_test
     from railui.api.optimisation import Optimisation
     from railui.api.plan import Plan, plan
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from railui.execution.session import status
     from railui.io.problems import FileProblems, Problem
     from railui.optimisation.optimise import optimise
-    from railui.report.loop.data import loop
     from railui.ride_quality.evaluation import ride, ride_many, simulate
     from railui.ride_quality.linear_response import response
     from railui.ride_quality.track_assessment import assess
@@ -76,6 +76,7 @@ __all__ = [
     "assess",
     "assess_en14363",
     "benchmark",
+    "bundled",
     "check",
     "curve",
     "curves",
@@ -140,6 +141,7 @@ _MODULES = {
     "assess": "railui.ride_quality.track_assessment",
     "assess_en14363": "railui.api.assessment",
     "benchmark": "railui.api.machine",
+    "bundled": "railui.api.bundled",
     "check": "railui.api.files",
     "curve": "railui.curving",
     "curves": "railui.curving",
@@ -153,7 +155,7 @@ _MODULES = {
     "import_recording": "railui.api.recordings",
     "linearise_profiles": "railui.api.contact",
     "load": "railui.api.loading",
-    "loop": "railui.report.loop.data",
+    "loop": "railui.api.loop",
     "next_runs": "railui.api.planning",
     "open_desk": "railui.desk.opening",
     "optimise": "railui.optimisation.optimise",

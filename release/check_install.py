@@ -1,10 +1,10 @@
 """Install a wheel or source archive into a clean environment away from the checkout and run its first commands.
 
-python release/check_install.py dist/railui-*.whl [--minimum] [--python python3.13]
+python release/check_install.py dist/railui-*.whl [--minimum] [--python python3.13] [--notebooks]
 python release/check_install.py dist/railui-*.tar.gz --wheel dist/railui-*.whl
 
 Dependencies are those of requirements/, checked by hash. --minimum installs the oldest versions that pyproject.toml
-allows instead; --wheel compares the installed files.
+allows instead; --wheel compares the installed files; --notebooks runs those of examples/ with nothing but the wheel.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import zipfile
 from pathlib import Path
 
@@ -64,10 +65,37 @@ def compare_files(python: Path, wheel: Path) -> None:
     print(f"ok  {len(expected)} files, as in {wheel.name}")
 
 
+def environment_of(home: Path) -> dict[str, str]:
+    """Return the variables of a process that sees the installed package only."""
+    return {
+        "PATH": os.environ["PATH"],
+        "HOME": str(home),
+        "LANG": "C",
+        "MPLBACKEND": "Agg",
+        "NO_COLOR": "1",
+        "PYTHONSAFEPATH": "1",
+    }
+
+
+def run_notebooks(python: Path, home: Path) -> None:
+    """Run every notebook in an empty directory: its vehicles and measurements are those of the wheel."""
+    folder = home / "notebooks"
+    folder.mkdir()
+    for notebook in sorted((ROOT / "examples").glob("*.py")):
+        shutil.copy(notebook, folder)
+        started = time.monotonic()
+        done = subprocess.run(
+            [python, notebook.name], cwd=folder, env=environment_of(home), capture_output=True, text=True
+        )
+        if done.returncode:
+            raise SystemExit(f"{notebook.name}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+        print(f"ok  {notebook.name}, {time.monotonic() - started:.0f} s")
+
+
 def run_commands(python: Path, home: Path) -> None:
     """Run the first commands of the guide away from the checkout."""
     shutil.copytree(ROOT / "designs", home / "designs")
-    environment = {"PATH": os.environ["PATH"], "HOME": str(home), "LANG": "C", "NO_COLOR": "1", "PYTHONSAFEPATH": "1"}
+    environment = environment_of(home)
     for words in COMMANDS:
         done = subprocess.run(
             [python.parent / "railui", *words], cwd=home, env=environment, capture_output=True, text=True, timeout=300
@@ -90,12 +118,15 @@ def main() -> None:
     parser.add_argument("--wheel", type=Path, help="wheel to compare the files of a source archive with")
     parser.add_argument("--minimum", action="store_true")
     parser.add_argument("--python", default=sys.executable, help="interpreter of the environment; this one by default")
+    parser.add_argument("--notebooks", action="store_true")
     parser.add_argument("--freeze", type=Path, help="file for the list of installed versions")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="für railui ") as scratch:
         home = Path(scratch)
         python = create_environment(home, options.built.resolve(), options.python, options.minimum)
         run_commands(python, home)
+        if options.notebooks:
+            run_notebooks(python, home)
         if options.wheel:
             compare_files(python, options.wheel)
         if options.freeze:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from railui.api.design import Design
 from railui.api.display import SummaryRow, draw_on, shown_value
 from railui.api.result import DesignResult, input_paths
+from railui.ride_quality.track_assessment import SECTION_LENGTH, assess
+from railui.ride_quality.track_assessment import check_section_length as check_section_length
 
 if TYPE_CHECKING:
     import pandas
@@ -127,7 +129,6 @@ def compute_assessment(
 ) -> Assessment:
     """Assess a track by a design; parameters and exceptions as `railui.assess`."""
     from railui.ride_quality.evaluation import excitation_of
-    from railui.ride_quality.track_assessment import SECTION_LENGTH, assess
 
     excitation = excitation_of(track, speed, seed)
     source, length = excitation.source, SECTION_LENGTH if section_length is None else section_length

@@ -5,6 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from railui.io.units import read_speed
+from railui.ride_quality.en14363.evaluation import EXCEEDED as EXCEEDED
+from railui.ride_quality.en14363.evaluation import evaluate_measured, evaluate_simulated
+
 if TYPE_CHECKING:
     from railui.ride_quality.evaluation import TrackLike
     from railui.vehicle.resolve import ModelSource
@@ -50,9 +54,6 @@ def assess_en14363(
     ValueError
         Without a speed of a simulation, with one of a measured run, and for a faulty spec.
     """
-    from railui.io.units import read_speed
-    from railui.ride_quality.en14363.evaluation import evaluate_measured, evaluate_simulated
-
     if measured:
         if speed is not None or seed is not None:
             raise ValueError("a measured run has its own speed and no seed: leave speed and seed out")

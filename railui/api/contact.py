@@ -17,6 +17,7 @@ from railui.contact.wheelset_on_track import WheelRailPair
 from railui.io.problems import FileProblems, Problem, file_problem
 
 if TYPE_CHECKING:
+    from railui.ride_quality.closed_linearisation import ClosedLinearisation
     from railui.ride_quality.evaluation import TrackLike
     from railui.vehicle.design import Design
 
@@ -186,8 +187,15 @@ def linearise_profiles(
     ValueError
         For a faulty spec or speed.
     """
+    return close_linearisation_of(design, track, speed, once=once, seed=seed).document()
+
+
+def close_linearisation_of(
+    design: Design | str | Path, track: TrackLike, speed: float | str, *, once: bool = False, seed: int | None = None
+) -> ClosedLinearisation:
+    """Linearise the profiles of a design over its own motion, pass by pass; as `linearise_profiles`."""
     from railui.api.design import as_design
     from railui.ride_quality.closed_linearisation import close_linearisation
     from railui.ride_quality.evaluation import excitation_of
 
-    return close_linearisation(as_design(design), excitation_of(track, speed, seed), once=once).document()
+    return close_linearisation(as_design(design), excitation_of(track, speed, seed), once=once)

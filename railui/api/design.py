@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from numpy.typing import ArrayLike
+
 from railui.api.display import Summarised, SummaryRow
 from railui.progress import SILENT, Progress
 from railui.vehicle.design import Design as VehicleDesign
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from railui.api.series import Series
     from railui.api.stability import Stability
     from railui.ride_quality.evaluation import TrackLike
+    from railui.running_stability.mode_tracking import TrackedMode
     from railui.vehicle.state_space import StateSpace
     from railui.vehicle.transfer import LinearVehicle
 
@@ -270,6 +273,35 @@ class Design(VehicleDesign, Summarised):
         from railui.api.stability import compute_stability
 
         return compute_stability(self, speeds, fold=fold, track=track, seed=seed, jobs=jobs, progress=progress)
+
+    def modes(self, speeds: ArrayLike) -> list[TrackedMode]:
+        """Follow the oscillating modes over speed by their roots and shapes, least damped first.
+
+        Parameters
+        ----------
+        speeds : array_like
+            Speeds [m/s], increasing, in steps of at most some m/s.
+
+        Returns
+        -------
+        list of TrackedMode
+            With name, `frequency` [Hz] and `damping` at every speed, and `shape_at(speed)`.
+
+        Raises
+        ------
+        FileProblems
+            For a test rig.
+        ValueError
+            For a state matrix that is not finite.
+
+        Examples
+        --------
+        >>> [mode.name for mode in Design.load("designs/check_bogie.yaml").modes(range(5, 101))[:2]]
+        ['hunting', 'frame yaw']
+        """
+        from railui.api.modes import follow_modes
+
+        return follow_modes(self, speeds)
 
     def response(
         self,

@@ -18,6 +18,10 @@ from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign as MeasuredCampaign
 from railui.core import effect_record
 from railui.identification.estimation.fit import Fit as Estimation
+from railui.identification.estimation.identifiability import COMBINED as COMBINED
+from railui.identification.estimation.identifiability import DETERMINED as DETERMINED
+from railui.identification.estimation.identifiability import ROUGH as ROUGH
+from railui.identification.estimation.identifiability import UNSEEN as UNSEEN
 from railui.identification.loop import METHODS, calibrate_only
 from railui.identification.result import LoopResult
 from railui.identification.structure.stepwise import NO_SCORE_TEST, StepwiseSelection
@@ -383,7 +387,12 @@ def estimate(
             raise ValueError(f"{path!r} is not estimated in this campaign, {suggest_name(path, known)}")
     result = calibrate_only(loaded.dataset, method=method, seed=seed, jobs=jobs, progress=progress)
     more = further_analyses(
-        result, method=method, coefficients=coefficients, section_length=section_length, profile=profile
+        result,
+        method=method,
+        coefficients=coefficients,
+        section_length=section_length,
+        profile=profile,
+        progress=progress,
     )
     return Fit(result, adjust_report(loop_report(result), method) | more)
 

@@ -67,14 +67,14 @@ class Loop(Summarised):
     ----------
     data : mapping
         The report of `railui.loop`.
-    checked : CheckedData
-        Diagnosis of the data.
+    checked : CheckedData or None
+        Diagnosis of the data; None of a loop that was stored without it.
     result : LoopResult or None
         Everything that the identification computed; None where a data fault stopped it.
     """
 
     data: Mapping[str, Any] = field(repr=False)
-    checked: CheckedData = field(repr=False)
+    checked: CheckedData | None = field(repr=False)
     result: LoopResult | None = field(repr=False)
 
     @property
@@ -169,11 +169,25 @@ class Loop(Summarised):
 
         home = Path(directory)
         check_directory(home)
-        if self.result is None:
+        if self.result is None and self.checked is not None:
             write_data_fault(self.checked, self.data, home, [*log, self.sentence])
         else:
-            write_loop(self.result, self.data, home, [*log, self.sentence])
+            write_loop(self._result(), self.data, home, [*log, self.sentence])
         return home
+
+    def save_element(self, path: str | Path) -> Path:
+        """Write the component of a bench campaign as an element that a design mounts; return the path.
+
+        Raises
+        ------
+        NoElementError
+            Where the runs have other units than a motion and its force (a ValueError).
+        RuntimeError
+            Where a data fault stopped the loop.
+        """
+        from railui.report.loop.element_file import write_element
+
+        return write_element(self._result(), path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON document that `railui loop` writes: every number finite or None."""
@@ -242,6 +256,64 @@ class Loop(Summarised):
     def summary_notes(self) -> Sequence[str]:
         """Return the notes of the report."""
         return [str(note) for note in self.data["notes"]]
+
+
+def loop(
+    campaign: MeasuredCampaign | str | Path,
+    *,
+    without: Collection[str] = (),
+    seed: int = 0,
+    jobs: int | None = None,
+    correct: bool = False,
+    accept_data: bool = False,
+    progress: Progress = SILENT,
+    budget: float | None = None,
+) -> dict[str, Any]:
+    """Calibrate the model of a campaign, identify an unmodelled effect and return the loop report as data.
+
+    Parameters
+    ----------
+    campaign : str, Path or Campaign
+        Directory or file of the campaign, or the campaign as loaded.
+    without : collection of str, optional
+        Kinds of effects that are excluded from the structure detection.
+    seed : int, optional
+        Seed of all random numbers.
+    jobs : int, optional
+        Number of threads; all processors by default.
+    correct : bool, optional
+        Correct data faults and go on, where each has one correction.
+    accept_data : bool, optional
+        Go on despite data faults.
+    progress : Progress, optional
+        Receiver of messages and intermediate results.
+    budget : float, optional
+        Time [s] after which the search ends with the best answer so far; none by default.
+
+    Returns
+    -------
+    dict
+        The keys of railui.loop/1, documented in docs/results.md.
+
+    Raises
+    ------
+    FileProblems
+        If a file cannot be used.
+
+    References
+    ----------
+    Broersen 1976.
+    """
+    return run_loop(
+        campaign,
+        without=without,
+        seed=seed,
+        jobs=jobs,
+        correct=correct,
+        accept_data=accept_data,
+        progress=progress,
+        budget=budget,
+    ).to_dict()
 
 
 def run_loop(

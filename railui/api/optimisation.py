@@ -15,7 +15,8 @@ from railui.execution.outputs import REPORT_FILE
 from railui.execution.session import Session
 from railui.execution.tasks import Runner
 from railui.execution.threads import ThreadRunner
-from railui.optimisation.optimise import optimise
+from railui.optimisation.optimise import FRESH_SEED_SETS as FRESH_SEED_SETS
+from railui.optimisation.optimise import checked_cases, optimise
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study as SearchStudy
 from railui.progress import SILENT, Progress
@@ -181,8 +182,7 @@ def run_search(
     inputs = study_inputs(study)
     if directory is None:
         return Optimisation(study, optimise(study, jobs=jobs, progress=progress, samples=samples), inputs)
-    runner = ThreadRunner(jobs)
-    data, _ = search_in_directory(study, directory, runner, jobs=jobs, progress=progress, samples=samples)
+    data, _ = search_in_directory(study, directory, ThreadRunner(jobs), jobs=jobs, progress=progress, samples=samples)
     return Optimisation(study, data, inputs)
 
 
@@ -243,6 +243,21 @@ def search_in_directory(
         document = json_document("optimise", data, files, study.method.seed)
         written = [*session.finish(document, choose), write_study_page(study, document, home / REPORT_FILE)]
     return data, written
+
+
+class SearchSize(NamedTuple):
+    """Size of a search: designs to evaluate, cases of each, time steps of all."""
+
+    designs: int
+    cases: int
+    steps: int
+
+
+def search_size(study: SearchStudy) -> SearchSize:
+    """Return the size of a search before it runs; FileProblems for objectives that the cases cannot evaluate."""
+    cases = checked_cases(study)
+    designs = study.method.population * study.method.generations
+    return SearchSize(designs, len(cases), designs * sum(len(case.excitation.track) for case in cases))
 
 
 def study_inputs(study: SearchStudy) -> tuple[Path, ...]:

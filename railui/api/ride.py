@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
+    from railui.report.ride.figures import RidePanels
     from railui.ride_quality.evaluation import TrackLike
     from railui.track.excitation import Excitation
 
@@ -184,13 +185,8 @@ class Ride(DesignResult):
         return draw_on(ax, panels[name])
 
     def _panels(self) -> dict[str, Callable[[Axes], None]]:
-        from railui.report.ride.figures import RidePanels
-        from railui.ride_quality.time_series import ride_series
-        from railui.vehicle.resolve import resolve_model
-
-        model = resolve_model(self.design)
-        panels = RidePanels(model, self.excitation, ride_series(model, self.excitation)).panels()
-        return {name: draw for name, _, draw in panels}
+        panels = ride_panels(self.design, self.excitation.source, self.speed)
+        return {name: draw for name, _, draw in panels.panels()}
 
     def summary_title(self) -> str:
         """Return vehicle, track and speed."""
@@ -201,6 +197,17 @@ class Ride(DesignResult):
         words = [SummaryRow("class, no acceptance", self.ride_class), SummaryRow("decided by", self.decided_by)]
         numbers = [SummaryRow(key.replace("_", " "), self.data.get(key), unit) for key, unit in UNITS.items()]
         return [*words, *numbers, SummaryRow("diverged at s", self.diverged_at, "m")]
+
+
+def ride_panels(design: Design, track: TrackLike, speed: float, *, jobs: int | None = 1) -> RidePanels:
+    """Simulate all channels of a ride and return the panels of its page, with the series that they draw."""
+    from railui.report.ride.figures import RidePanels
+    from railui.ride_quality.evaluation import excitation_of
+    from railui.ride_quality.time_series import ride_series
+    from railui.vehicle.resolve import resolve_model
+
+    model, excitation = resolve_model(design), excitation_of(track, speed)
+    return RidePanels(model, excitation, ride_series(model, excitation, jobs=jobs))
 
 
 def compute_ride(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -51,29 +51,26 @@ def command(
     role validate.
     """
     from railui.api.campaign import Campaign
-    from railui.api.fit import adjust_report, further_analyses
-    from railui.identification.loop import calibrate_only
-    from railui.report.loop.data import loop_report
+    from railui.api.fit import estimate
 
     loaded = Campaign.load(campaign)
     call.warn(loaded.warnings)
     paths = profiled_paths(profiled, loaded.estimated_parameters)
     if loaded.design.kind != "bogie" and (coefficients or stretch is not None):
         raise usage_error("--coefficients and --stretch are for vehicles on a track, this campaign is of a rig")
-    log = RunLog(call)
-    dataset = loaded.dataset
-    call.warn([warning for run in dataset.runs for warning in run.warnings])
-    result = calibrate_only(dataset, method=method, seed=call.seed or 0, jobs=call.jobs, progress=log)
-    report = adjust_report(loop_report(result), method) | further_analyses(
-        result,
+    call.warn([warning for run in loaded.dataset.runs for warning in run.warnings])
+    fit = estimate(
+        loaded,
         method=method,
         coefficients=coefficients,
         section_length=stretch,
         profile=paths,
-        progress=log,
+        seed=call.seed or 0,
+        jobs=call.jobs,
+        progress=RunLog(call),
     )
-    call.write_json(report)  # before the tables: a closed pipe must not lose it
-    _show(call, result, report)
+    call.write_json(fit.data)  # before the tables: a closed pipe must not lose it
+    _show(call, fit.result, fit.data)
 
 
 def profiled_paths(text: str | None, estimated: Sequence[str]) -> list[str]:
@@ -89,7 +86,7 @@ def profiled_paths(text: str | None, estimated: Sequence[str]) -> list[str]:
     return paths
 
 
-def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
+def _show(call: Invocation, result: LoopResult, report: Mapping[str, Any]) -> None:
     """Print the parameters, their identifiability, the errors and the further analyses."""
     from railui.cli.identification_tables import coefficients_table, parameters_table, profiles_note, sections_table
     from railui.io.number_format import format_quantity

@@ -80,8 +80,7 @@ def command(
     With `--method en14363` the forces and accelerations of the simulation, or those measured in a run, are evaluated by
     the rules of EN 14363: test zones, track sections, percentiles, estimated maxima, limits. It is not an acceptance.
     """
-    from railui.api.assessed_track import compute_assessment
-    from railui.ride_quality.track_assessment import check_section_length
+    from railui.api.assessed_track import check_section_length, compute_assessment
 
     if method != METHODS[1] and (measured or cant_deficiency is not None):
         raise usage_error("--measured and --cant-deficiency belong to --method en14363")

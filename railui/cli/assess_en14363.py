@@ -26,16 +26,16 @@ def evaluate_command(
     measured: bool,
 ) -> bool:
     """Evaluate, print and write the result; return True if a limit is exceeded."""
-    from railui.ride_quality.en14363.evaluation import EXCEEDED, evaluate_measured, evaluate_simulated
+    from railui.api.assessment import EXCEEDED, assess_en14363
 
     if measured:
         if speed is not None or call.seed is not None:
             raise usage_error("--measured: the run has its own speed and no seed, leave --speed and --seed out")
-        result = evaluate_measured(track, loaded, cant_deficiency=cant_deficiency)
+        result = assess_en14363(track, loaded, measured=True, cant_deficiency=cant_deficiency)
         files = [design, track]
     else:
         source = resolve_track_argument(track, call.seed, "TRACK")
-        result = evaluate_simulated(source, loaded, speed or 0.0, cant_deficiency=cant_deficiency, jobs=call.jobs)
+        result = assess_en14363(source, loaded, speed or 0.0, cant_deficiency=cant_deficiency, jobs=call.jobs)
         files = input_files(design, source)
     call.show(_table(result))
     body = {"design": loaded.name, "overrides": dict(overrides), **result}

@@ -18,13 +18,12 @@ def close_design(
     call: Invocation,
 ) -> None:
     """Linearise the profiles of a design over its own motion, and print the passes."""
-    from railui.ride_quality.closed_linearisation import close_linearisation
-    from railui.track.excitation import Excitation
+    from railui.api.contact import close_linearisation_of
 
     if design is None or track is None or speed is None:
         raise usage_error("give a design, --track and --speed")
     source = resolve_track_argument(track, call.seed)
-    result = close_linearisation(load_design_argument(call, design, overrides), Excitation(source, speed), once=once)
+    result = close_linearisation_of(load_design_argument(call, design, overrides), source, speed, once=once)
     if not once and not result.has_converged:
         call.warn([f"the motion does not reproduce itself within {len(result.steps)} passes"])
     head = {"design": result.design.name, "overrides": overrides, "track": source.name, "speed": speed}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,8 @@ from railui.cli.invocation import Invocation, RunLog, common_options, usage_erro
 from railui.cli.quantities import parse_budget
 
 if TYPE_CHECKING:
+    from railui.api.loop import Loop
     from railui.identification.result import LoopResult
-    from railui.report.loop.data_faults import CheckedData
 
 REJECTED_VERDICTS = ("partial", "outside", "data")  # that fail with --strict
 
@@ -69,14 +70,12 @@ def command(
     the estimates of an earlier loop, effects included, and reports what has changed since.
     """
     from railui.api.campaign import Campaign
+    from railui.api.loop import run_loop
     from railui.campaign.directory import campaign_file
-    from railui.identification.loop import close_loop
     from railui.io.atomic import check_directory_writable
     from railui.report.figures.drawing import preload_in_background
-    from railui.report.loop.data import loop_report
-    from railui.report.loop.data_faults import data_fault_report, examine_data
-    from railui.report.loop.element_file import NoElementError, motion_unit, write_element
-    from railui.report.loop.files import ForeignFilesError, check_directory, write_loop
+    from railui.report.loop.element_file import NoElementError
+    from railui.report.loop.files import ForeignFilesError, check_directory
 
     excluded = excluded_kinds(without)
     source = campaign_file(campaign)
@@ -94,67 +93,59 @@ def command(
     check_directory_writable(directory)
     preload_in_background()
     log = RunLog(call)
-    seed = call.seed or 0
-    dataset = loaded.dataset
-    call.warn([warning for run in dataset.runs for warning in run.warnings])
-    checked = examine_data(dataset, correct=correct, accept_data=accept_data, progress=log)
-    if checked.is_stopped:
-        _stop(call, checked, data_fault_report(checked, seed), directory, log.lines)
-        ctx.exit(EXIT_LIMIT_VIOLATED if strict else 0)
-    result = close_loop(
-        checked.dataset,
+    call.warn([warning for run in loaded.dataset.runs for warning in run.warnings])
+    loop = run_loop(
+        loaded,
         without=excluded,
-        seed=seed,
+        seed=call.seed or 0,
         jobs=call.jobs,
+        correct=correct,
+        accept_data=accept_data,
         progress=log,
         budget=budget,
-        diagnosis=checked.remaining,
     )
-    report = loop_report(result, checked)
-    write_loop(result, report, directory, [*log.lines, str(report["sentence"])])
-    if element is not None:
+    loop.save(directory, log.lines)
+    if element is not None and loop.result is not None:
         try:
-            motion_unit(result)
+            loop.save_element(element)
         except NoElementError as error:
             raise usage_error(str(error)) from None
-        write_element(result, element)
-    call.write_json(report)  # before the tables: a closed pipe must not lose it
-    _show(call, result, report)
-    call.info(f"wrote to {directory}: loop.json, adjusted.yaml, campaign.yaml, report.html, simulated channels")
-    if element is not None:
+    call.write_json(loop.data)  # before the tables: a closed pipe must not lose it
+    _show(call, loop, directory)
+    if element is not None and loop.result is not None:
         call.info(f"wrote the element {element}")
-    ctx.exit(EXIT_LIMIT_VIOLATED if strict and report["verdict"] in REJECTED_VERDICTS else 0)
-
-
-def _stop(call: Invocation, checked: CheckedData, report: dict[str, Any], directory: Path, log: list[str]) -> None:
-    """Write and print the report of a loop that stops at a data fault."""
-    from railui.report.loop.data_faults import write_data_fault
-
-    write_data_fault(checked, report, directory, [*log, str(report["sentence"])])
-    call.write_json(report)
-    call.show(f"\n{report['sentence']}\n")
-    for fault in checked.remaining.faults:
-        if not fault.serious:
-            call.show(f"{', '.join(fault.files)}: {fault.text}")
-    corrected = ", campaign.yaml with the corrections" if checked.remaining.is_correctable else ""
-    call.info(f"wrote to {directory}: loop.json, report.html{corrected}")
+    ctx.exit(EXIT_LIMIT_VIOLATED if strict and loop.verdict in REJECTED_VERDICTS else 0)
 
 
 def excluded_kinds(text: str) -> list[str]:
     """Parse the kinds of --without; the usage error for an unknown kind suggests the nearest."""
-    from railui import core
+    from railui.api.library import effects
     from railui.io.problems import suggest_name
 
     kinds = [kind.strip() for kind in text.split(",") if kind.strip()]
-    known = [str(record["kind"]) for record in core.effect_catalogue()]
+    known = [str(entry["kind"]) for entry in effects()]
     for kind in kinds:
         if kind not in known:
             raise usage_error(f"no effect {kind!r} in the catalogue, {suggest_name(kind, known)}")
     return kinds
 
 
-def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
-    """Print verdict, errors, notes, contact parameters and effects."""
+def _show(call: Invocation, loop: Loop, directory: Path) -> None:
+    """Print the verdict, what it rests on, and the files that were written."""
+    call.show(f"\n{loop.sentence}\n")
+    if loop.result is not None:
+        _show_identification(call, loop.result, loop.data)
+        call.info(f"wrote to {directory}: loop.json, adjusted.yaml, campaign.yaml, report.html, simulated channels")
+    elif loop.checked is not None:
+        for fault in loop.checked.remaining.faults:
+            if not fault.serious:
+                call.show(f"{', '.join(fault.files)}: {fault.text}")
+        corrected = ", campaign.yaml with the corrections" if loop.checked.remaining.is_correctable else ""
+        call.info(f"wrote to {directory}: loop.json, report.html{corrected}")
+
+
+def _show_identification(call: Invocation, result: LoopResult, report: Mapping[str, Any]) -> None:
+    """Print errors, notes, contact parameters and effects."""
     from railui.cli.identification_tables import (
         conditions_table,
         detectable_table,
@@ -167,7 +158,6 @@ def _show(call: Invocation, result: LoopResult, report: dict[str, Any]) -> None:
     from railui.report.loop.notes import track_noise_notes, unstructured_residual_notes
     from railui.report.loop.summary import summary_lines
 
-    call.show(f"\n{report['sentence']}\n")
     for line in summary_lines(report):
         call.show(line)
     call.show("")

@@ -120,19 +120,17 @@ def _runner(scheduler: str | None, call: Invocation) -> Runner:
 
 
 def _show_plan(study: Study, directory: Path, call: Invocation) -> None:
+    from railui.api.optimisation import FRESH_SEED_SETS, search_size
     from railui.execution.outputs import check_directory
-    from railui.optimisation.optimise import FRESH_SEED_SETS, checked_cases
 
     check_directory(study, directory)
-    cases = checked_cases(study)
-    samples = sum(len(case.excitation.track) for case in cases)
-    designs = study.method.population * study.method.generations
+    size = search_size(study)
     call.show(
-        f"{designs} designs by {study.method.kind} on {format_count(len(cases), 'case')}, "
-        f"{designs * samples:.1e} time steps, "
+        f"{size.designs} designs by {study.method.kind} on {format_count(size.cases, 'case')}, "
+        f"{size.steps:.1e} time steps, "
         f"then the front on {FRESH_SEED_SETS} sets of fresh seeds; to {directory}"
     )
-    body = {"study": study.name, "evaluations": designs, "cases": len(cases), "samples": designs * samples}
+    body = {"study": study.name, "evaluations": size.designs, "cases": size.cases, "samples": size.steps}
     call.write_json(call.document("plan", body, [study.source], study.method.seed))
 
 

@@ -151,23 +151,19 @@ def _write_time_series(
     call: Invocation,
 ) -> None:
     """Write the time series and the figures of a ride."""
-    from railui.ride_quality.time_series import ride_series
-    from railui.track.excitation import Excitation
-    from railui.vehicle.resolve import resolve_model
+    from railui.api.ride import ride_panels
 
-    model, excitation = resolve_model(design), Excitation(source, speed)
-    result = ride_series(model, excitation, jobs=call.jobs)
+    panels = ride_panels(design, source, speed, jobs=call.jobs)
     if series is not None:
         from railui.io.series_file import write_series
 
         title = f"simulated by railui {document['version']}: {design.name} on {source.name} at {speed:g} m/s"
-        write_series(series, result.by_header(), [title])
+        write_series(series, panels.series.by_header(), [title])
         call.info(f"wrote {series}")
     if plot is not None:
-        from railui.report.ride.figures import RidePanels, draw_ride
+        from railui.report.ride.figures import draw_ride
         from railui.report.ride.page import write_ride_page
 
-        panels = RidePanels(model, excitation, result)
         if plot.lower().endswith(".html"):
             write_ride_page(panels, document, plot)
         else:
@@ -178,7 +174,7 @@ def _write_time_series(
 def _simulate_cases(
     design: Design, sources: list[TrackSource], speeds: list[float], call: Invocation
 ) -> list[dict[str, Any]]:
-    from railui.ride_quality.evaluation import ride_many
+    from railui import ride_many
 
     cases: list[dict[str, Any]] = []
     for source in sources:

@@ -12,7 +12,7 @@ from railui.cli.invocation import Invocation, common_options
 @common_options
 def command(directory: str, call: Invocation) -> None:
     """Report the state of the optimisation in DIR: running, interrupted or finished, and the time that remains."""
-    from railui.execution.session import status
+    from railui import status
 
     state = status(directory)
     failures = ", ".join(f"{count} {reason}" for reason, count in state["failures"].items())

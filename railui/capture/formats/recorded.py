@@ -55,6 +55,7 @@ def _join(files: list[Path], reports: dict[str, dict[str, object]]) -> Recording
         {name: np.concatenate([table.column(name) for table in joined]) for name in names},
         dict(zip(first.names, first.units, strict=True)),
         drift=drift,
+        device=str(reports.get(files[0].name, {}).get("device", "")),
         sources=tuple(files[: len(joined)]),
         notes=notes + [f"{f.name} is ignored: its clock runs back" for f in files[len(joined) :]],
     )

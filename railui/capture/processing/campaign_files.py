@@ -17,11 +17,12 @@ NOISE_DIGITS = 3
 
 @dataclass(frozen=True, eq=False)
 class CampaignRun:
-    """Run of a campaign: its role, its recording, its columns."""
+    """Run of a campaign: its role, its recording, its columns; is_simulated: of the simulated logger."""
 
     role: str
     source: str
     run: MeasuredRun
+    is_simulated: bool = False
 
 
 def align_runs(runs: Sequence[CampaignRun]) -> tuple[list[CampaignRun], list[str]]:
@@ -66,6 +67,7 @@ def write_campaign(directory: Path, name: str, vehicle: Path, runs: Sequence[Cam
     writer = YamlWriter()
     writer.line(f"schema: {schema_name('campaign')}")
     writer.entry("name", name)
+    writer.entry("data", "simulated" if any(run.is_simulated for run in runs) else "measured")
     writer.entry("vehicle", relative_path(vehicle, directory))
     writer.items("runs", entries)
     writer.entry("noise", _largest_noise(runs))

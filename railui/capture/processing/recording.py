@@ -41,6 +41,8 @@ class Recording:
         Remarks for the user.
     clock
         Channel that `t` was taken from, None if there was none.
+    device
+        Name of the logger, "" if unknown.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Recording:
     sources: tuple[Path, ...] = ()
     notes: list[str] = field(default_factory=list)
     clock: str | None = None
+    device: str = ""
 
     @property
     def interval(self) -> float:

@@ -16,6 +16,7 @@ HELLO_INTERVAL = 5.0  # s
 STATUS_INTERVAL = 1.0  # s
 INTEGER_RANGES = {"b": (-128, 127), "B": (0, 255), "h": (-32768, 32767), "H": (0, 65535), "i": (-(2**31), 2**31 - 1)}
 UINT32_RANGE = (0, 2**32 - 1)
+DEMO_DEVICE = "railui demo"  # name of the simulated logger
 RANDOM_STREAM = 8  # separates the faults from other random numbers of the same seed
 MAX_JUNK_BYTES = 40
 SINGLE_FAULTS = ("restart", "relayout", "unplug", "pause", "huge_hello", "garble")
@@ -116,7 +117,7 @@ class SimulatedLogger:
     faults: Faults = field(default_factory=Faults)
     drift: float = 0.0
     start: int = 0
-    device: str = "railui demo"
+    device: str = DEMO_DEVICE
     hello_interval: float = HELLO_INTERVAL
     sent_counts: SentCounts = field(default_factory=SentCounts)
 

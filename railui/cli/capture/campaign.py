@@ -68,9 +68,15 @@ def _build_runs(sensor_map: SensorMap, sources: dict[str, tuple[str, ...]]) -> l
     from railui.capture.formats import read_recordings
     from railui.capture.processing.campaign_files import CampaignRun
     from railui.capture.processing.run_builder import build_measured_run
+    from railui.capture.simulator.logger import DEMO_DEVICE
 
     return [
-        CampaignRun(role, recording.name, build_measured_run(recording, sensor_map))
+        CampaignRun(
+            role,
+            recording.name,
+            build_measured_run(recording, sensor_map),
+            is_simulated=recording.device == DEMO_DEVICE,
+        )
         for role, paths in sources.items()
         for path in paths
         for recording in read_recordings(path, sensor_map.clock, sensor_map.rate)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from textual import on
 
+from railui.api.events import FitIteration, ScoreTestProgress
 from railui.campaign.campaign import Campaign, load_campaign
 from railui.desk.messages import JobDone, JobFailed, PartChanged, ProgressEvent, ProgressMessage
 from railui.desk.panels.common import JobPanel
@@ -19,7 +20,6 @@ from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
 from railui.desk.services.loop_job import DataChecked, DataUnreadable, StoppedLoop, check_campaign, run_loop
 from railui.desk.services.verdict_file import StoredVerdict
 from railui.desk.widgets.dialogs import QuestionDialog
-from railui.identification.events import FitIteration, ScoreTestProgress
 
 
 class LoopPanel(JobPanel):

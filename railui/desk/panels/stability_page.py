@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 from rich.style import Style
 from textual import on
@@ -22,7 +23,9 @@ from railui.desk.services.stability_jobs import CriticalSpeedEvent, ModesTracked
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.plot_data import PlotData
-from railui.running_stability.mode_tracking import TrackedMode
+
+if TYPE_CHECKING:
+    from railui.running_stability.mode_tracking import TrackedMode
 
 COMPUTING = PlotData(Axis(""), Axis(""), placeholder="computing")
 PARTS = ("damping", "modes", "locus", "cycles")

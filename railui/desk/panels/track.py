@@ -13,6 +13,7 @@ from textual.containers import Grid
 from textual.message import Message
 from textual.widgets import Static
 
+from railui import assess
 from railui.desk.messages import JobFailed
 from railui.desk.panels.common import COPY, VIEW, Pane, Panel, arrange_grid, draw_in_turn, set_titles
 from railui.desk.presenters.choices import find_files
@@ -34,7 +35,6 @@ from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.dialogs import ChoiceDialog, InputDialog
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.plot_data import PlotData
-from railui.ride_quality.track_assessment import assess
 from railui.track.spectra import SPECTRA
 from railui.vehicle.design_reader import Design
 

@@ -10,16 +10,14 @@ from typing import Any, Final
 
 import numpy as np
 
+from railui import curves, ride_many, simulate
+from railui.api.modes import damping_over_speed, linear_critical_speed
 from railui.arrays import FloatArray
-from railui.curving import curves
 from railui.desk.state.run_conditions import RunConditions
 from railui.dsp.spectra import welch
 from railui.ride_quality.comfort import comfort_point_transfer, riding_of_row
-from railui.ride_quality.evaluation import simulate, simulate_rides
-from railui.running_stability.critical_speed import critical_speeds
 from railui.track.excitation import Excitation, TrackSource, is_track_file, resolve_track
 from railui.vehicle.design_reader import Design
-from railui.vehicle.linear import damping_ratio, eigenvalues
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import resolve_model
 
@@ -27,7 +25,6 @@ MODE_SPEEDS: Final = np.linspace(5.0, 100.0, 191)  # m/s
 PERIODOGRAM_SECONDS: Final = 10.0  # s
 MAX_CRITICAL_SPEED: Final = 150.0  # m/s, upper end of the search
 CURVE_RADII: Final = (250.0, 300.0, 400.0, 500.0, 600.0, 800.0, 1000.0, 1500.0, 2000.0, 3000.0)  # m
-MIN_OSCILLATION_FREQUENCY: Final = 0.5  # rad/s; slower modes are not shown
 MIN_FREQUENCY: Final = 0.1  # Hz, of the spectra
 MAX_FREQUENCY: Final = 40.0  # Hz
 MAX_FALL: Final = 1e-4  # of a spectral density within a third of an octave, below which it is rounding error
@@ -96,11 +93,10 @@ def evaluate_design(design: Design, conditions: RunConditions) -> DesignResults:
     """
     model = resolve_model(design)
     excitation = excitation_of(conditions)
-    quality = simulate_rides([model], excitation)[0]
+    quality = ride_many([model], excitation.source, conditions.speed)[0]
     series = simulate(model, excitation.source, conditions.speed, CHANNELS)
     f, density = _spectral_densities(model, series, excitation.dt)
-    damping, frequency = modes_over_speed(model, MODE_SPEEDS)
-    critical = critical_speeds(model, model.row[None], MAX_CRITICAL_SPEED)[0]
+    damping, frequency = damping_over_speed(model, MODE_SPEEDS)
     return DesignResults(
         design,
         conditions,
@@ -112,7 +108,7 @@ def evaluate_design(design: Design, conditions: RunConditions) -> DesignResults:
         MODE_SPEEDS,
         damping,
         frequency,
-        critical_speed=None if critical is None else critical.speed,
+        critical_speed=linear_critical_speed(model, MAX_CRITICAL_SPEED),
         clearance=design.value("contact.flange_clearance"),
     )
 
@@ -147,17 +143,6 @@ def with_curving(results: DesignResults) -> DesignResults:
     rows = curves(results.design, CURVE_RADII)
     force = np.array([(row["guiding_force"] or undefined)[:2] for row in rows], dtype=float)
     return replace(results, guiding_force=force)
-
-
-def modes_over_speed(model: Model, speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return damping ratio and frequency [Hz] of the oscillating modes [speed, mode]; NaN for missing modes."""
-    roots = eigenvalues(model, np.repeat(model.row[None], len(speeds), axis=0), speeds)
-    oscillates = roots.imag > MIN_OSCILLATION_FREQUENCY
-    damping = np.where(oscillates, damping_ratio(roots), np.nan)
-    frequency = np.where(oscillates, roots.imag / (2 * np.pi), np.nan)
-    mode_count = max(1, int(oscillates.sum(axis=1).max(initial=1)))
-    order = np.argsort(np.where(oscillates, frequency, np.inf), axis=1)[:, :mode_count]
-    return np.take_along_axis(damping, order, axis=1), np.take_along_axis(frequency, order, axis=1)
 
 
 def _spectral_densities(

@@ -5,20 +5,27 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
+from railui.api.events import (
+    FitIteration,
+    ModelValidated,
+    NoiseFloor,
+    Refit,
+    ScoreResult,
+    ScoreTestProgress,
+    ScoreTestResult,
+    signed_rho,
+)
 from railui.campaign.campaign import Campaign
 from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
 from railui.desk.presenters.loop_plots import FinishedLoop
-from railui.identification.estimation.noise_floor import NoiseFloor
-from railui.identification.events import FitIteration, ModelValidated, ScoreTestProgress
-from railui.identification.structure.evidence import ScoreResult, signed_rho
-from railui.identification.structure.refit import Refit
-from railui.identification.structure.score_test import ScoreTestResult
-from railui.report.loop.data_faults import CheckedData
 from railui.vehicle.model import Model
+
+if TYPE_CHECKING:
+    from railui.report.loop.data_faults import CheckedData
 
 MIN_REDRAW_INTERVAL: Final = 0.1  # s between two updates of the ranking
 ERRORS, PARAMETERS, RANKING = "errors", "parameters", "ranking"

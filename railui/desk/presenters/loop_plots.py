@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from railui.campaign.comparison import cut_samples
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Line, PlotData
-from railui.identification.result import LoopResult
 from railui.report.loop.figures import Window, units_of
 from railui.report.loop.force_evaluation import SuspensionForce
 from railui.report.numbers import display_scale
+
+if TYPE_CHECKING:
+    from railui.identification.result import LoopResult
 
 MAX_FORCE_POINTS: Final = 4000
 LABELS: Final = {"measured": "data", "before": "calibrated", "after": "with effect"}

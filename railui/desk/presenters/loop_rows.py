@@ -7,11 +7,11 @@ from typing import Any, Final
 
 import numpy as np
 
+from railui.api.events import signed_rho
 from railui.desk.presenters.loop_history import LoopHistory, Ranking, candidate_text
 from railui.desk.presenters.loop_text import error_text, short_path
 from railui.desk.state.form_rows import symbol_text
 from railui.desk.widgets.bars import Bar
-from railui.identification.structure.evidence import signed_rho
 from railui.io.number_format import format_quantity, typeset
 from railui.io.problems import FileProblems
 from railui.vehicle.parameters import PARAMETERS

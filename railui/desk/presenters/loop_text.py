@@ -8,11 +8,11 @@ from typing import Any, Final
 import numpy as np
 from rich.text import Text
 
+from railui.api.fit import COMBINED, DETERMINED, ROUGH, UNSEEN
 from railui.campaign.campaign import Campaign
 from railui.campaign.dataset import Dataset
 from railui.campaign.finding import Finding
 from railui.desk.presenters.loop_history import LoopHistory
-from railui.identification.estimation.identifiability import COMBINED, DETERMINED, ROUGH, UNSEEN
 from railui.report.loop.summary import summary_lines
 
 COHERENCE_CHECK: Final = "ceiling"  # check of the fraction that no linear model explains, for every channel and run

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from railui.desk.state.plan import Plan
 from railui.io.atomic import to_json_value
 from railui.optimisation.multi_objective import nondominated
 from railui.optimisation.objectives import violations
-from railui.optimisation.search import SearchState
+
+if TYPE_CHECKING:
+    from railui.optimisation.search import SearchState
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from rich.style import Style
@@ -12,7 +12,9 @@ from rich.text import Text
 from railui.desk.presenters.critical_speeds import critical_lines
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import LimitLine, Line, Mark, PlotData, series_role
-from railui.running_stability.mode_tracking import TrackedMode
+
+if TYPE_CHECKING:
+    from railui.running_stability.mode_tracking import TrackedMode
 
 MM_PER_M: Final = 1e3
 MAX_DAMPING: Final = 0.6  # of the damping plot; modes that are always damped more are no concern

@@ -5,25 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from textual.message import Message
 
+from railui.api.campaign_data import examine_campaign
+from railui.api.loop import Loop
+from railui.api.loop import run_loop as compute_loop
 from railui.campaign.campaign import Campaign
-from railui.campaign.data_checks import check_data
-from railui.campaign.dataset import Dataset, read_dataset
-from railui.campaign.faults.diagnose import diagnose
+from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
 from railui.desk.messages import JobDone, ProgressEvent, ProgressMessage
 from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.desk.services.jobs import BackgroundJob, DeskProgress
-from railui.identification.loop import close_loop
-from railui.report.loop.data import loop_report
-from railui.report.loop.data_faults import CheckedData, data_fault_report, examine_data
 from railui.report.loop.figures import compared_series, most_informative_window
-from railui.report.loop.files import write_loop
 from railui.report.loop.force_evaluation import suspension_forces
+
+if TYPE_CHECKING:
+    from railui.report.loop.data_faults import CheckedData
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,33 +53,30 @@ class StoppedLoop:
     """Report of a loop that stopped at a data fault, before any fit, and the checked data."""
 
     report: dict[str, Any]
-    checked: CheckedData
+    checked: CheckedData | None
 
 
 def check_campaign(campaign: Campaign) -> Message:
     """Read the runs of a campaign and check their data."""
     try:
-        dataset = read_dataset(campaign)
+        examined = examine_campaign(campaign)
     except (ValueError, OSError) as error:
         return ProgressEvent("data checks", DataUnreadable(campaign, str(error)))
-    diagnosis = diagnose(dataset)
-    return ProgressEvent("data checks", DataChecked(dataset, check_data(dataset, diagnosis), diagnosis))
+    return ProgressEvent("data checks", DataChecked(*examined))
 
 
 def run_loop(job: BackgroundJob, campaign: Campaign, *, correct: bool = False, accept_data: bool = False) -> Message:
-    """Run the loop on a campaign and prepare its report and plots; options as of `examine_data`."""
-    checked = examine_data(read_dataset(campaign), correct=correct, accept_data=accept_data)
-    if checked.is_stopped:
-        return JobDone(job.name, StoppedLoop(data_fault_report(checked), checked))
-    job.checkpoint()
-    result = close_loop(checked.dataset, progress=DeskProgress(job), diagnosis=checked.remaining)
+    """Run the loop on a campaign and prepare its plots; options as of `railui.loop`."""
+    loop = compute_loop(campaign, correct=correct, accept_data=accept_data, progress=DeskProgress(job))
+    report, result = loop.to_dict(), loop.result
+    if result is None:
+        return JobDone(job.name, StoppedLoop(report, loop.checked))
     window = most_informative_window(result)
     series = compared_series(result, window.index)
-    report = loop_report(result, checked)
     return JobDone(job.name, FinishedLoop(result, report, window, series, suspension_forces(result, window)))
 
 
 def write_report(finished: FinishedLoop, directory: Path, lines: Sequence[str]) -> Message:
     """Write the files of `railui loop` into a directory."""
-    write_loop(finished.result, finished.report, directory, [*lines, str(finished.report["sentence"])])
+    Loop(finished.report, None, finished.result).save(directory, lines)
     return ProgressMessage("write", f"written to {directory}")

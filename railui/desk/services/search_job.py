@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 from textual.message import Message
 
-import railui
-from railui.core import simd_level
+from railui.api.events import SearchState
+from railui.api.study import Study
 from railui.desk.messages import JobDone, ProgressEvent
 from railui.desk.presenters.search_history import summarise_generation
 from railui.desk.services.jobs import BackgroundJob
-from railui.execution.session import Session
-from railui.execution.threads import ThreadRunner
-from railui.io.atomic import to_json_value
-from railui.optimisation.optimise import optimise
-from railui.optimisation.search import SearchState
-from railui.optimisation.study import Study
+from railui.optimisation.study import Study as SearchStudy
 from railui.progress import Progress
 
 
 class SearchProgress(Progress):
     """Progress of a search as messages to the panel; each generation is a checkpoint."""
 
-    def __init__(self, job: BackgroundJob, study: Study) -> None:
+    def __init__(self, job: BackgroundJob, study: SearchStudy) -> None:
         self.job = job
         self.study = study
 
@@ -35,22 +29,7 @@ class SearchProgress(Progress):
             self.job.owner.post_message(ProgressEvent(self.job.name, summarise_generation(self.study, event)))
 
 
-def run_search(job: BackgroundJob, study: Study, directory: Path) -> Message:
-    """Run a search whose evaluations are stored in a directory, and write its result there."""
-    with Session(study, directory, ThreadRunner()) as session:
-        progress = session.progress(SearchProgress(job, study))
-        result = optimise(study, evaluator=session.evaluator, progress=progress)
-        session.finish(_document(study, result))
-    return JobDone(job.name, result)
-
-
-def _document(study: Study, result: dict[str, Any]) -> dict[str, Any]:
-    """Return the result in the form that `railui optimise` writes."""
-    head = {
-        "schema": "railui.optimise/1",
-        "version": railui.__version__,
-        "inputs": [],
-        "seed": study.method.seed,
-        "simd": simd_level(),
-    }
-    return {**head, **to_json_value(result)}
+def run_search(job: BackgroundJob, study: SearchStudy, directory: Path) -> Message:
+    """Run a search whose evaluations are stored in a directory, and write its result and its page there."""
+    found = Study.of(study).optimise(directory, progress=SearchProgress(job, study))
+    return JobDone(job.name, dict(found.data))

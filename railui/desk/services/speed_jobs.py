@@ -8,14 +8,13 @@ from typing import Any
 
 from textual.message import Message
 
+from railui import ride_many
 from railui.desk.messages import JobDone, ProgressEvent
 from railui.desk.presenters.design_results import DesignResults, load_track
 from railui.desk.presenters.speed_bands import BAND_SPEEDS, SEED_COUNT, band_key
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.services.stability_jobs import background_threads
-from railui.ride_quality.evaluation import simulate_rides
-from railui.track.excitation import Excitation, TrackSource, resolve_track
-from railui.vehicle.resolve import resolve_model
+from railui.track.excitation import TrackSource, resolve_track
 
 
 @dataclass(frozen=True)
@@ -50,9 +49,8 @@ def track_seeds(track: str) -> list[TrackSource]:
 
 
 def _rides(job: BackgroundJob, results: DesignResults, source: TrackSource) -> list[dict[str, Any]]:
-    model = resolve_model(results.design)
-    rides = []
+    rides: list[dict[str, Any]] = []
     for speed in BAND_SPEEDS.tolist():
         job.checkpoint()
-        rides += simulate_rides([model], Excitation(source, speed), background_threads())
+        rides += ride_many([results.design], source, speed, background_threads())
     return rides

@@ -5,22 +5,22 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from textual.message import Message
 
+from railui import stability
+from railui.api.modes import follow_modes
 from railui.desk.messages import JobDone, ProgressEvent
 from railui.desk.presenters.critical_speeds import HIGHEST_SPEED, critical_key
 from railui.desk.presenters.design_results import MODE_SPEEDS, Comparison, DesignResults, load_track
 from railui.desk.services.jobs import BackgroundJob, Checkpoints
-from railui.running_stability.limit_cycles import find_limit_cycles, with_flange
-from railui.running_stability.mode_tracking import TrackedMode, track_modes
-from railui.running_stability.summary import limit_cycle_summary, practical_critical_speed
-from railui.vehicle.resolve import resolve_model
+
+if TYPE_CHECKING:
+    from railui.running_stability.mode_tracking import TrackedMode
 
 SPEEDS: Final = np.arange(5.0, HIGHEST_SPEED + 1.0, 5.0)  # m/s
-SHOWN_KEYS: Final = ("loss", "amplitude", "frequency", "clearance", "diagram", "branch")
 
 
 @dataclass
@@ -48,7 +48,7 @@ def background_threads() -> int:
 
 def track_both(results: Comparison) -> Message:
     """Follow the modes of a design and of its base."""
-    current, base = (track_modes(resolve_model(each.design), MODE_SPEEDS) for each in results)
+    current, base = (follow_modes(each.design, MODE_SPEEDS) for each in results)
     return ModesTracked(results, current, base)
 
 
@@ -65,13 +65,11 @@ def compute_critical(job: BackgroundJob, wanted: Sequence[tuple[DesignResults, s
 
 def _nonlinear(job: BackgroundJob, results: DesignResults) -> dict[str, Any]:
     """Return the nonlinear critical speed with the limit cycles over speed."""
-    model, _ = with_flange(resolve_model(results.design))
-    cycles = find_limit_cycles(model, SPEEDS.tolist(), jobs=background_threads(), progress=Checkpoints(job))
-    summary = limit_cycle_summary(cycles, None)
-    return {"speed": cycles.critical_speed} | {key: summary[key] for key in SHOWN_KEYS}
+    found = stability(results.design, SPEEDS.tolist(), fold=True, jobs=background_threads(), progress=Checkpoints(job))
+    return {"speed": found["fold_speed"], **found["fold"]}
 
 
 def _ride_criteria(job: BackgroundJob, results: DesignResults) -> dict[str, Any]:
-    track = load_track(results.conditions.track)
-    model = resolve_model(results.design)
-    return practical_critical_speed(model, track, SPEEDS.tolist(), background_threads(), Checkpoints(job))
+    track, jobs = load_track(results.conditions.track), background_threads()
+    found = stability(results.design, SPEEDS.tolist(), track=track, jobs=jobs, progress=Checkpoints(job))
+    return dict(found["practical"])

@@ -8,16 +8,18 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, field, is_dataclass, replace
 from enum import Enum
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import railui
 from railui.campaign.segment import Segment
 from railui.core.batch import ZeroPhaseFilter
 from railui.desk.presenters.loop_history import Ranking
 from railui.desk.presenters.loop_plots import FinishedLoop
-from railui.identification.result import LoopResult
-from railui.identification.structure.refit import Refit
 from railui.progress import SILENT, Progress
+
+if TYPE_CHECKING:
+    from railui.identification.result import LoopResult
+    from railui.identification.structure.refit import Refit
 
 SILENT_PROGRESS: Final = "silent progress"  # in place of the receiver of the loop's messages, which has ended
 NUMPY_NAMES: Final = {"dtype", "ndarray", "_reconstruct", "scalar", "_frombuffer"}

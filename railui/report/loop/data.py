@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection
 from datetime import date
-from pathlib import Path
 from typing import Any
 
 import railui
 from railui import core
-from railui.campaign.campaign import Campaign, load_campaign
-from railui.campaign.dataset import read_dataset
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.validation import Validation
-from railui.identification.loop import close_loop, indistinguishable_kinds
+from railui.identification.loop import indistinguishable_kinds
 from railui.identification.result import IndependentTest, LoopResult
 from railui.identification.structure.minimum_detectable import minimum_detectable_effects, without_unphysical_sizes
 from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.planning.rivals import rival_records
-from railui.progress import SILENT, Progress
 from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.changes import prior_record
 from railui.report.loop.conditions import condition_rows
@@ -28,8 +23,6 @@ from railui.report.loop.data_faults import (
     CheckedData,
     corrected_sentence,
     correction_rows,
-    data_fault_report,
-    examine_data,
 )
 from railui.report.loop.discrepancy_record import discrepancy_record
 from railui.report.loop.groups import group_rows
@@ -45,68 +38,6 @@ from railui.report.loop.rows import finding_row, run_rows
 from railui.report.loop.sentence import sentence
 from railui.report.loop.wording import unit_location
 from railui.vehicle.effects import parameter_unit
-
-
-def loop(
-    campaign: str | Path | Campaign,
-    *,
-    without: Collection[str] = (),
-    seed: int = 0,
-    jobs: int | None = None,
-    correct: bool = False,
-    accept_data: bool = False,
-    progress: Progress = SILENT,
-    budget: float | None = None,
-) -> dict[str, Any]:
-    """Calibrate the model of a campaign, identify an unmodelled effect and return the loop report as data.
-
-    Parameters
-    ----------
-    campaign : str, Path or Campaign
-        Directory or file of the campaign, or the campaign as loaded.
-    without : collection of str, optional
-        Kinds of effects that are excluded from the structure detection.
-    seed : int, optional
-        Seed of all random numbers.
-    jobs : int, optional
-        Number of threads; all processors by default.
-    correct : bool, optional
-        Correct data faults and go on, where each has one correction.
-    accept_data : bool, optional
-        Go on despite data faults.
-    progress : Progress, optional
-        Receiver of messages and intermediate results.
-    budget : float, optional
-        Time [s] after which the search ends with the best answer so far; none by default.
-
-    Returns
-    -------
-    dict
-        The keys of railui.loop/1, documented in docs/results.md.
-
-    Raises
-    ------
-    FileProblems
-        If a file cannot be used.
-
-    References
-    ----------
-    Broersen 1976.
-    """
-    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(campaign)
-    checked = examine_data(read_dataset(loaded), correct=correct, accept_data=accept_data, progress=progress)
-    if checked.is_stopped:
-        return data_fault_report(checked, seed)
-    result = close_loop(
-        checked.dataset,
-        without=without,
-        seed=seed,
-        jobs=jobs,
-        progress=progress,
-        budget=budget,
-        diagnosis=checked.remaining,
-    )
-    return loop_report(result, checked)
 
 
 def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[str, Any]:

@@ -34,6 +34,7 @@ from railui.report.loop.page_tables import (
 )
 from railui.report.loop.phases import segment_text
 from railui.report.loop.residual_rows import residual_rows
+from railui.report.loop.scatter import scatter_rows
 from railui.report.loop.summary import summary_lines
 from railui.report.loop.uncertainty import correlated_lines, correlation_table
 from railui.report.loop.wording import MODEL_LABELS, MODELS, VERDICT_LABELS, effect_title, shown_models
@@ -82,6 +83,7 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "effects": _effects(report, effect_figures(result, report, window)),
         "schematic": _schematic(result, report),
         "channels": _channels(result, window),
+        "scatter": scatter_rows(result, window, figures.shown_channels(window.segment)),
         "residuals": residual_rows(result, window, MAIN_CHANNELS),
         "runs_overview": [] if is_diverged else overview_data(result),
         "viewer": VIEWER.read_text("utf-8"),
