@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -195,3 +196,15 @@ def record(
     if recorder.disk_error is not None:
         raise recorder.disk_error
     return recorder.replay.report()
+
+
+def write_capture_report(report: Mapping[str, Any], directory: Path, seed: int | None = None) -> dict[str, Any]:
+    """Write the report of a recording as capture.json of its directory; return the document."""
+    from railui.api.document import json_document
+    from railui.capture.recorder.replay import RAW_FILE
+    from railui.io.atomic import write_text
+
+    raw = directory / RAW_FILE
+    document = json_document("capture", report, [raw] if raw.exists() else [], seed)
+    write_text(directory / "capture.json", json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    return document

@@ -23,7 +23,7 @@ from railui.desk.ending import Ending
 from railui.desk.exporting import export_all, export_focused
 from railui.desk.focus import FocusKeeper, TooSmall
 from railui.desk.heartbeat import Heartbeat, freeze_startup_objects, tune_interpreter
-from railui.desk.messages import DesignOffered, PartChanged
+from railui.desk.messages import DesignOffered, FileOffered, PartChanged
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.common import PANELS, PanelTabs
@@ -249,6 +249,10 @@ class Desk(App[None]):
             self.notify(event.description, timeout=4)
 
         self.ending.after_saving(take)
+
+    @on(FileOffered)
+    def _on_file_offered(self, event: FileOffered) -> None:
+        self.query_one(CampaignPanel).request_open(event.path, lambda: self.open(event.path))
 
     # help, copying, quitting
 

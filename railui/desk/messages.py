@@ -72,3 +72,10 @@ class PartChanged(Message):
     """Part of the session that the autosave stores has changed: plan, search, verdict or shelf."""
 
     part: str
+
+
+@dataclass
+class FileOffered(Message):
+    """File that a panel has written, to be opened in its own panel."""
+
+    path: Path

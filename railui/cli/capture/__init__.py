@@ -263,14 +263,9 @@ def _status_line(replay: Replay) -> str:
 
 def finish_recording(call: Invocation, replay: Replay, directory: Path) -> None:
     """Write capture.json and print the counts of a recording."""
-    import json
+    from railui.api.recordings import write_capture_report
 
-    from railui.capture.recorder.replay import RAW_FILE
-    from railui.io.atomic import write_text
-
-    raw = directory / RAW_FILE
-    document = call.document("capture", replay.report(), [raw] if raw.exists() else [])
-    write_text(directory / "capture.json", json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    document = write_capture_report(replay.report(), directory, call.seed)
     call.show(recording_table(document))
     for note in document["notes"]:
         call.info(note)

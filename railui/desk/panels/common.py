@@ -98,6 +98,11 @@ class JobPanel(Panel):
         super().__init__(id=id)
         self.job: BackgroundJob | None = None
 
+    def on_unmount(self) -> None:
+        """Stop the computation at the end of the desk, so that its thread ends too."""
+        if self.job is not None:
+            self.job.stop()
+
     def show_status(self) -> None:
         """Show the state of the computation."""
         raise NotImplementedError

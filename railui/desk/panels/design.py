@@ -12,19 +12,13 @@ from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical
 from textual.message import Message
-from textual.widgets import ContentSwitcher
 
 from railui.desk.messages import DesignsEvaluated, JobFailed
 from railui.desk.panels.common import COPY, VIEW, set_titles
 from railui.desk.panels.design_help import DESIGN_HELP
-from railui.desk.panels.overview_page import OverviewPage
 from railui.desk.panels.profile_changes import ContactComputed, ProfileChanges
-from railui.desk.panels.result_pages import ResultTabs
 from railui.desk.panels.saving import DesignSaver
-from railui.desk.panels.shelf_page import ShelfPage
 from railui.desk.panels.shelving_panel import ShelvingPanel
-from railui.desk.panels.speed_page import SpeedPage
-from railui.desk.panels.stability_page import StabilityPage
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
 from railui.desk.presenters.design_form import SPEED_PATH, TRACK_PATH, design_rows
 from railui.desk.presenters.design_results import DesignResults, excitation_of
@@ -55,7 +49,7 @@ class DesignPanel(ShelvingPanel):
         Binding("x", "swap", "A/B", tooltip="exchange the design and its base"),
         Binding("a", "add", "Effect", tooltip="add an effect of the catalogue"),
         Binding("delete", "remove", "Remove effect", show=False),
-        Binding("right_square_bracket", "page(1)", "Page", tooltip="overview, stability, speed, shelf"),
+        Binding("right_square_bracket", "page(1)", "Page", tooltip="overview, stability, speed, map, ..."),
         Binding("left_square_bracket", "page(-1)", "Page back", show=False),
         Binding("m", "keep", "Keep", show=False, tooltip="put this design on the shelf, under the next letter"),
         Binding("l", "stability", "Stability", show=False),
@@ -78,13 +72,7 @@ class DesignPanel(ShelvingPanel):
         with Horizontal():
             yield FormPane("Design", "←→ slide · type · ⌫ base · / find", id="design-form")
             with Vertical(id="results"):
-                yield ResultTabs(id="result-tabs")
-                with ContentSwitcher(initial="overview"):
-                    yield OverviewPage(id="overview")
-                    stability = StabilityPage(id="stability")
-                    yield stability
-                    yield SpeedPage(stability.known, id="speed")
-                    yield ShelfPage(id="shelf")
+                yield from self.compose_pages()
 
     @property
     def pane(self) -> FormPane:
@@ -109,7 +97,7 @@ class DesignPanel(ShelvingPanel):
             return field is not None and field.path.startswith("effects.")
         if action in ("add", "file_base", "track", "undo", "redo", "copy", "keep"):
             return self.draft is not None
-        return True
+        return super().check_action(action, parameters)
 
     @on(Form.FieldSelected)
     def _on_field_selected(self) -> None:

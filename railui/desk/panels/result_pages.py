@@ -14,8 +14,16 @@ from textual.widgets import Static
 
 from railui.desk.presenters.design_results import Comparison
 
-PAGES: Final = {"overview": "Overview", "stability": "Stability", "speed": "Speed", "shelf": "Shelf"}
+PAGES: Final = {
+    "overview": "Overview",
+    "stability": "Stability",
+    "speed": "Speed",
+    "map": "Map",
+    "vehicle": "Vehicle",
+    "shelf": "Shelf",
+}
 GAP: Final = 2  # columns between two names
+SHORT: Final = 4  # letters of a name where there is little room
 
 
 class ResultPage(Vertical):
@@ -69,10 +77,18 @@ class ResultTabs(Static):
         self.show(self.page)
 
     @property
-    def _pad(self) -> str:
-        """Blanks around a title: none where the titles would not fit with them."""
-        needed = sum(len(title) + 1 + GAP for title in self.pages.values())
-        return " " if self.content_size.width >= needed or not self.content_size.width else ""
+    def _cells(self) -> list[tuple[str, str]]:
+        """Name and shown title of each page: with blanks around it, bare, or short, as there is room."""
+        room = self.content_size.width - len(" [ ] ") or 1000
+        rows = []
+        for pad, letters in ((" ", 100), ("", 100), ("", SHORT)):
+            rows = [
+                (name, f"{pad}{title if name == self.page else title[:letters]}{pad}")
+                for name, title in self.pages.items()
+            ]
+            if sum(len(title) + GAP - 1 for _, title in rows) <= room:
+                break
+        return rows
 
     def on_resize(self) -> None:
         self.show(self.page, self.status)
@@ -81,9 +97,8 @@ class ResultTabs(Static):
         """Mark the page that is shown."""
         self.page, self.status = page, status
         text = Text(no_wrap=True, overflow="ellipsis")
-        pad = self._pad
-        for name, title in self.pages.items():
-            text.append(f"{pad}{title}{pad}", "bold reverse" if name == page else "")
+        for name, title in self._cells:
+            text.append(title, "bold reverse" if name == page else "")
             text.append(" " * (GAP - 1))
         text.append(" [ ] ", "dim")
         text.append(status, "dim italic")
@@ -91,8 +106,8 @@ class ResultTabs(Static):
 
     def on_click(self, event: Click) -> None:
         start = 0
-        for name, title in self.pages.items():
-            end = start + len(title) + 2 * len(self._pad) + GAP - 1
+        for name, title in self._cells:
+            end = start + len(title) + GAP - 1
             if start <= event.x < end:
                 self.post_message(self.Chosen(name))
             start = end

@@ -12,6 +12,7 @@ from railui.vehicle.effects import PlacedEffect, is_curve, kernel_catalogue
 
 DEMO_PORT: Final = "demo"
 MAX_FILES: Final = 400
+HEAD_CHARACTERS: Final = 2000  # of a file, in which its schema is stated
 MAX_DEPTH: Final = 5  # levels of directories
 SKIPPED_DIRECTORIES: Final = ("target", "node_modules", "__pycache__")
 
@@ -69,6 +70,20 @@ def find_files(directory: Path, patterns: Sequence[str] = ("*.yaml", "*.yml")) -
         if depth < MAX_DEPTH:
             queue += [(e, depth + 1) for e in entries if _is_searched(e)]
     return files[:MAX_FILES]
+
+
+def find_maps(directory: Path) -> list[tuple[str, str]]:
+    """List the sensor maps below a directory: path, text."""
+    found = []
+    for path in find_files(directory):
+        try:
+            with path.open(encoding="utf-8") as stream:
+                head = stream.read(HEAD_CHARACTERS)
+        except (OSError, UnicodeDecodeError):
+            continue
+        if any(line.startswith("schema: railui.map/") for line in head.splitlines()):
+            found.append((str(path), str(path.relative_to(directory))))
+    return found
 
 
 def _is_searched(entry: Path) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -12,7 +13,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from railui.api.recordings import write_capture_report
 from railui.arrays import FloatArray
+from railui.capture.protocol.frames import Channel
 from railui.capture.protocol.load import link_load
 from railui.capture.recorder.record import Recorder
 from railui.capture.recorder.replay import Replay
@@ -20,7 +23,7 @@ from railui.capture.recorder.sessions import LoggerSession, Rows
 from railui.capture.simulator.demo_logger import DemoLogger
 from railui.desk.presenters.choices import DEMO_PORT
 
-CHART_SECONDS: Final = 10.0  # s of the strip chart
+CHART_SECONDS: Final = 30.0  # s of rows that a status has: the longest strip chart
 MAX_BUFFERED_ROWS: Final = 40_000
 
 
@@ -28,7 +31,8 @@ MAX_BUFFERED_ROWS: Final = 40_000
 class RecordingStatus:
     """Status of a recording: channels of the newest logger session and its rows of the last CHART_SECONDS.
 
-    t [n] in s, values [n, channel]; rate in Hz; link_load is the used fraction of the serial link.
+    t [n] in s, values [n, channel]; rate in Hz; link_load is the used fraction of the serial link; full_scales: largest
+    value of each channel's numbers, NaN where they have no end; clipped: names of clipped channels.
     """
 
     t: FloatArray
@@ -42,6 +46,8 @@ class RecordingStatus:
     markers: tuple[tuple[float, str], ...] = ()
     status: dict[str, float | None] = field(default_factory=dict)
     device: str = ""
+    full_scales: tuple[float, ...] = ()
+    clipped: frozenset[str] = frozenset()
 
 
 class RecordingBuffer:
@@ -103,7 +109,7 @@ class DeskRecording:
                     recorder.stop()
                 yield recording_status(replay, buffer, self.baud)
             self.recorder = None
-            self.report = recorder.replay.report()
+            self.report = write_capture_report(recorder.replay.report(), self.directory)
 
 
 def recording_status(replay: Replay, buffer: RecordingBuffer, baud: int) -> RecordingStatus:
@@ -127,7 +133,21 @@ def recording_status(replay: Replay, buffer: RecordingBuffer, baud: int) -> Reco
         markers=tuple((m.t, m.text) for m in markers if m.t is not None),
         status=dict(session.status),
         device=hello.device,
+        full_scales=tuple(full_scale(channel) for channel in hello.channels),
+        clipped=frozenset(name for number, name in replay.clipped_channels() if number == session.number),
     )
+
+
+def full_scale(channel: Channel) -> float:
+    """Return the largest magnitude [unit of the channel] that its numbers can have, NaN for floating-point numbers.
+
+    >>> full_scale(Channel("c", "m/s^2", "h", 0.001))
+    32.767
+    """
+    if channel.type == "f":
+        return math.nan
+    limits = np.iinfo(np.dtype(channel.type))
+    return max(abs(channel.scale * end + channel.offset) for end in (max(limits.min, -limits.max), limits.max))
 
 
 def _counts(replay: Replay) -> dict[str, int]:

@@ -1,0 +1,37 @@
+"""Job of the page of maps: row after row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from textual.message import Message
+
+from railui.api.map_rows import map_rows
+from railui.arrays import FloatArray
+from railui.desk.messages import JobDone, ProgressEvent
+from railui.desk.presenters.design_results import DesignResults, load_track
+from railui.desk.presenters.map_text import QUANTITIES, DesignMap
+from railui.desk.services.jobs import BackgroundJob
+from railui.desk.services.stability_jobs import background_threads
+from railui.optimisation.evaluation import evaluate_in_process
+
+
+@dataclass(frozen=True, eq=False)
+class MapRow:
+    """Row of a map."""
+
+    key: str
+    values: Mapping[str, FloatArray]
+
+
+def compute_map(job: BackgroundJob, key: str, wanted: DesignMap, results: DesignResults) -> Message:
+    """Compute all rows of a map."""
+    conditions = results.conditions
+    evaluator = evaluate_in_process(background_threads())
+    source = load_track(conditions.track)
+    axes = wanted.x.axis, wanted.y.axis
+    for values in map_rows(results.design, *axes, list(QUANTITIES), source, conditions.speed, evaluator):
+        job.checkpoint()
+        job.owner.post_message(ProgressEvent(job.name, MapRow(key, values)))
+    return JobDone(job.name, None)
