@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, sparse
+from scipy import linalg
 
 from railui.arrays import FloatArray
 
@@ -25,6 +25,8 @@ BOUND: Final = 2.0  # standard deviations, from which a random effect counts as 
 BOUNDED_SQUARE: Final = 0.9205  # mean of min(z^2, 4) of a standard normal variable
 MAD: Final = 1.4826  # standard deviation of a normal variable over its median absolute deviation
 FIXED: Final = 4  # mean, temperature, load, use
+TOLERANCE: Final = 0.02  # relative change of the variances at which the iteration ends
+SMALL: Final = 1e-2  # of the variance of a run: no difference
 MIN_VARIANCE: Final = 1e-8  # of the residual variance
 
 
@@ -103,6 +105,7 @@ def fit_mixed_model(
     s_b = (start and start.slope_variance) or 0.01 * scatter / spread**2
     s_u = (start and start.cell_variance) or 0.1 * scatter
     robust = np.ones(len(y))
+    equations = _Equations(x, use, columns, n)
     for _ in range(iterations):
         weights = robust / (variance * sd**2)
         precision = np.concatenate(
@@ -114,7 +117,7 @@ def fit_mixed_model(
                 np.full(cells, 1.0 / max(s_u, MIN_VARIANCE * base)),
             ]
         )
-        matrix, right = _equations(x, use, columns, weights, y, n)
+        matrix, right = equations.of(weights, y)
         matrix[np.diag_indices(n)] += precision
         inverse = _inverse(matrix)
         solution = inverse @ right
@@ -123,13 +126,18 @@ def fit_mixed_model(
         a, b, u = np.split(solution[FIXED:], [vehicles, 2 * vehicles])
         trace = np.diag(inverse)
         freedom = max(len(y) - float(np.sum(1.0 - precision * trace)), 1.0)
+        variance_before = variance
         variance = max((MAD * float(np.median(np.abs(residual)))) ** 2 * len(y) / freedom, MIN_VARIANCE)
         size = np.abs(residual) / np.sqrt(variance)
         robust = np.minimum(1.0, HUBER / np.maximum(size, 1e-12))
         present = np.bincount(vehicle, minlength=vehicles) > 0
+        before = np.array([variance_before, s_a, s_b, s_u])
         s_a = _component(s_a, a, trace[FIXED : FIXED + vehicles], present)
         s_b = _component(s_b, b, trace[FIXED + vehicles : FIXED + 2 * vehicles], present)
         s_u = _component(s_u, u, trace[FIXED + 2 * vehicles :], np.bincount(cell, minlength=cells) > 0)
+        change = np.abs(np.array([variance, s_a, s_b, s_u]) - before)
+        if np.all(change <= TOLERANCE * np.maximum(before, np.array([1.0, base, base / spread**2, base]) * SMALL)):
+            break
     spread_of = np.sqrt(np.maximum(trace, 0.0))
     return MixedModel(
         solution[:FIXED],
@@ -162,23 +170,23 @@ def _component(variance: float, effects: FloatArray, uncertain: FloatArray, pres
     return variance * float(known @ squares) / (BOUNDED_SQUARE * float(known.sum()))
 
 
-def _equations(
-    x: FloatArray,
-    use: FloatArray,
-    columns: tuple[NDArray[np.int64], ...],
-    weights: FloatArray,
-    y: FloatArray,
-    n: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Matrix [n, n] and right-hand side [n] of the mixed-model equations, without the variances."""
-    rows = np.arange(len(y))
-    values = [*x.T, np.ones(len(y)), use, np.ones(len(y))]
-    places = [*(np.full(len(y), j) for j in range(x.shape[1])), *columns]
-    table = sparse.csr_array(
-        (np.concatenate(values), (np.tile(rows, len(values)), np.concatenate(places))), shape=(len(y), n)
-    )
-    weighted = table.multiply(weights[:, None]).tocsr()
-    return np.asarray((weighted.T @ table).toarray()), np.asarray(weighted.T @ y)
+class _Equations:
+    """Mixed-model equations, whose few coefficients per run are multiplied once for all iterations."""
+
+    def __init__(self, x: FloatArray, use: FloatArray, columns: tuple[NDArray[np.int64], ...], n: int) -> None:
+        ones = np.ones(len(use))
+        self.n = n
+        self.values = np.column_stack([x, ones, use, ones])
+        self.places = np.column_stack([*(np.full(len(use), j) for j in range(x.shape[1])), *columns])
+        self.products = self.values[:, :, None] * self.values[:, None, :]
+        self.cells = (self.places[:, :, None] * n + self.places[:, None, :]).ravel()
+
+    def of(self, weights: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Matrix [n, n] and right-hand side [n], without the variances of the random effects."""
+        n = self.n
+        matrix = np.bincount(self.cells, (weights[:, None, None] * self.products).ravel(), n * n).reshape(n, n)
+        right = np.bincount(self.places.ravel(), ((weights * y)[:, None] * self.values).ravel(), n)
+        return np.asarray(matrix), np.asarray(right)
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:
