@@ -34,7 +34,7 @@ def append_rows(path: Path, rows: Sequence[Any]) -> None:
         return
     is_new = not path.exists()
     with path.open("a", newline="") as file:
-        writer = csv.DictWriter(file, [f.name for f in fields(rows[0])])
+        writer = csv.DictWriter(file, [f.name for f in fields(rows[0])], lineterminator="\n")
         if is_new:
             writer.writeheader()
         writer.writerows(asdict(row) for row in rows)

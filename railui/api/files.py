@@ -27,9 +27,11 @@ def check(*files: str | Path) -> tuple[Problem, ...]:
     """
     from railui.capture.processing.sensor_map import load_map
     from railui.documents.check import check as check_files
+    from railui.fleet.check import check_fleet
     from railui.track import parse_spec
 
-    return tuple(check_files(files, check_track=parse_spec, load_map=load_map))
+    readers = {"map": load_map, "fleet": check_fleet}
+    return tuple(check_files(files, check_track=parse_spec, readers=readers))
 
 
 def diff(a: str | Path, b: str | Path) -> list[dict[str, Any]]:
@@ -65,7 +67,7 @@ def schema(kind: str) -> dict[str, Any]:
 
     Parameters
     ----------
-    kind : {"design", "campaign", "study", "plan", "element", "line", "map"}
+    kind : {"design", "campaign", "study", "plan", "element", "line", "map", "fleet"}
 
     Raises
     ------
@@ -79,11 +81,15 @@ def schema(kind: str) -> dict[str, Any]:
     """
     from railui.capture.processing.map_schema import MapModel
     from railui.documents.schema import json_schema, schema_document
+    from railui.fleet.schema import FleetModel
     from railui.io.problems import suggest_name
 
     if kind not in SCHEMA_KINDS:
         raise ValueError(f"no schema of {kind!r}: {suggest_name(kind, SCHEMA_KINDS)}")
-    return schema_document(kind, MapModel.model_json_schema()) if kind == "map" else json_schema(kind)
+    if kind in ("map", "fleet"):
+        model = MapModel if kind == "map" else FleetModel
+        return schema_document(kind, model.model_json_schema())
+    return json_schema(kind)
 
 
-SCHEMA_KINDS = ("design", "campaign", "study", "plan", "element", "line", "map")
+SCHEMA_KINDS = ("design", "campaign", "study", "plan", "element", "line", "map", "fleet")

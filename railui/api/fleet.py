@@ -63,8 +63,8 @@ def update_fleet(
         For results that cannot be written.
     """
     from railui.execution.lock import Lock
+    from railui.fleet.check import check_fleet
     from railui.fleet.engine import update_fleet as compute
-    from railui.fleet.fleet_file import load_fleet
     from railui.fleet.pools import ThreadPool
     from railui.fleet.status import assess_fleet, fleet_document
     from railui.fleet.store import FleetStore
@@ -72,7 +72,7 @@ def update_fleet(
     from railui.report.fleet.loops import run_loops
     from railui.report.fleet.page import write_fleet_page
 
-    loaded = load_fleet(fleet)
+    loaded = check_fleet(fleet)
     if warn is not None:
         warn(loaded.warnings)
     directory = results_directory(loaded.directory, out)

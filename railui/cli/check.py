@@ -26,7 +26,8 @@ from railui.cli.tables import format_count
 def command(ctx: click.Context, files: tuple[str, ...], draw: str | None, call: Invocation) -> None:
     """Validate input files and list all errors and warnings as file:line:column: key: problem, remedy.
 
-    The runs of a campaign are validated with it. Exit code 2 where there is an error; warnings do not count.
+    The runs of a campaign are validated with it, and the table of runs of a fleet. Exit code 2 where there is an
+    error; warnings do not count.
 
     \b
     railui check designs/manchester_coach.yaml --draw coach.svg

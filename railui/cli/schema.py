@@ -8,7 +8,7 @@ from railui.cli.invocation import Invocation, common_options
 
 
 @click.command("schema")
-@click.argument("kind", type=click.Choice(["design", "campaign", "study", "plan", "element", "line", "map"]))
+@click.argument("kind", type=click.Choice(["design", "campaign", "study", "plan", "element", "line", "map", "fleet"]))
 @common_options
 def command(kind: str, call: Invocation) -> None:
     """Print the JSON Schema of a kind of file, with which an editor validates and completes it.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -35,22 +35,24 @@ LoadedFile: TypeAlias = (
     "Design | Campaign | Study | Element | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray] | object"
 )
 
+READ_ELSEWHERE = {"map": "sensor map", "fleet": "fleet"}
+
 
 def load(
     path: str | Path,
     catalogue: Catalogue | None = None,
     check_track: Callable[[str], object] | None = None,
-    load_map: Callable[[str | Path], object] | None = None,
+    readers: Mapping[str, Callable[[str | Path], object]] | None = None,
 ) -> LoadedFile:
     """Load a file of any kind; FileProblems with every problem.
 
-    `load_map` reads a sensor map, which belongs to a package of the same layer.
+    `readers` read kinds of files that belong to packages of the same layer or of a higher one: sensor maps, fleets.
     """
     kind = recognise(path)
-    if kind == "map":
-        if load_map is None:
-            raise file_problem(path, "is a sensor map", USES_BY_KIND["map"])
-        return load_map(path)
+    if kind in READ_ELSEWHERE:
+        if kind not in (readers or {}):
+            raise file_problem(path, f"is a {READ_ELSEWHERE[kind]}", USES_BY_KIND[kind])
+        return dict(readers or {})[kind](path)
     loaders: dict[str, Callable[[], LoadedFile]] = {
         "design": lambda: load_design(Path(path), catalogue),
         "campaign": lambda: load_campaign(path, catalogue),
@@ -83,10 +85,10 @@ def check(
     paths: Iterable[str | Path],
     catalogue: Catalogue | None = None,
     check_track: Callable[[str], object] | None = None,
-    load_map: Callable[[str | Path], object] | None = None,
+    readers: Mapping[str, Callable[[str | Path], object]] | None = None,
 ) -> list[Problem]:
     """Return all problems and warnings of files, including the runs that a campaign names."""
-    problems = [problem for path in paths for problem in _check_file(path, catalogue, check_track, load_map)]
+    problems = [problem for path in paths for problem in _check_file(path, catalogue, check_track, readers)]
     return list(dict.fromkeys(problems))
 
 
@@ -94,10 +96,10 @@ def _check_file(
     path: str | Path,
     catalogue: Catalogue | None,
     check_track: Callable[[str], object] | None,
-    load_map: Callable[[str | Path], object] | None,
+    readers: Mapping[str, Callable[[str | Path], object]] | None,
 ) -> list[Problem]:
     try:
-        loaded = load(path, catalogue, check_track, load_map)
+        loaded = load(path, catalogue, check_track, readers)
     except FileProblems as error:
         return list(error.problems)
     problems: list[Problem] = list(getattr(loaded, "warnings", ()))

@@ -18,6 +18,7 @@ USES_BY_KIND = {
     "study": "railui optimise takes it",
     "plan": "railui plan takes it with --sensors",
     "element": "a design mounts it: `effects: [{element: FILE, at: secondary_lateral}]`",
+    "fleet": "railui fleet takes it",
     "map": "railui import and railui capture campaign take it with --map",
     "run": "--track and railui import take it, or a campaign names it",
     "track": "--track takes it",
@@ -28,17 +29,18 @@ USES_BY_KIND = {
 
 
 def recognise(path: str | Path) -> str:
-    """Return the kind of a file: design, campaign, study, plan, element, map, line, run, track, profile or
+    """Return the kind of a file: design, campaign, study, plan, fleet, element, map, line, run, track, profile or
     delta_r.
 
-    A directory stands for the campaign in it. The schema line decides, else the keys, else the columns of a table.
+    A directory stands for the campaign or the fleet in it. The schema line decides, else the keys, else the
+    columns of a table.
 
     Raises
     ------
     FileProblems
         If railui does not read files of this kind.
     """
-    path = campaign_file(path)
+    path = Path(path) / "fleet.yaml" if (Path(path) / "fleet.yaml").is_file() else campaign_file(path)
     if path.suffix.lower() in SIMPACK_KINDS:
         return "profile"
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".gz")):
@@ -51,7 +53,7 @@ def recognise(path: str | Path) -> str:
         remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
     else:
         kind = document_kind(load_yaml(path).value)
-        remedy = "write `schema: railui.design/1`, or the keys of a design, campaign, study, plan, line or map"
+        remedy = "write `schema: railui.design/1`, or the keys of a design, campaign, study, plan, fleet, line or map"
     if kind not in USES_BY_KIND:
         findings = Findings(str(path))
         findings.add(

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.fleet import FleetSettings
-from railui.fleet.attribution import Attribution, Explanation, attribute
+from railui.fleet.attribution import Attribution, Explanation, attribute, signatures_of
 from railui.fleet.course import Course, fit_course
-from railui.fleet.mixed_model import MAD
-from railui.fleet.monitor import Crossing, Monitor
+from railui.fleet.history import Crossing, Monitor
 from railui.fleet.observations import ERROR, Observations
 
 OUTSIDE: Final = "outside"
 BEFORE: Final = 6  # blocks before the onset that a course begins with
-CONTROLLED_SHARE: Final = 0.5  # of the variance between sections and blocks, that a vehicle's sisters leave at most
+CORRELATION_PRIOR: Final = 3.0  # scores per quantity that a prior without correlations counts as
+MAX_SCORE: Final = 3.0  # of the scores from which correlations are estimated
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +75,7 @@ def explain_alarm(
     verdict, chosen, alternatives = _decide(data, attribution, crossing, settings)
     names = [q.name for q in data.quantities]
     name = chosen.name if chosen is not None else names[crossing.quantities[0]]
-    index = names.index(name) if name in names else None
-    course = None if index is None else course_of(data, monitor, crossing, index, last if until is None else until)
-    scale = 1.0 if chosen is None or index is None else data.quantities[index].scale
+    index = names.index(name)
     return Alarm(
         crossing,
         data.vehicles[v],
@@ -86,41 +84,48 @@ def explain_alarm(
         name,
         alternatives,
         attribution.explained,
-        float("nan") if chosen is None else chosen.change / scale,
-        float("nan") if chosen is None else chosen.sd / scale,
-        course,
+        float("nan") if chosen is None else chosen.change,
+        float("nan") if chosen is None else chosen.sd,
+        course_of(data, monitor, crossing, index, last if until is None else until),
         index,
         tuple(data.files[i] for i in runs),
     )
 
 
 def _attribution(data: Observations, monitor: Monitor, crossing: Crossing, runs: NDArray[np.int64]) -> Attribution:
-    """Compare explanations with what was expected of the runs before the onset."""
-    v, first = crossing.subject, crossing.started
-    summaries = [data.summaries[i] for i in runs]
-    names = (*summaries[0].paths, *summaries[0].directions)
-    p = len(summaries[0].paths)
-    followed = {q.name: j for j, q in enumerate(data.quantities)}
-    earlier = np.flatnonzero((data.vehicle == v) & (monitor.block_of_run <= first))
-    expected, spread, scale = np.zeros((len(runs), len(names))), np.zeros(len(names)), np.ones(len(names))
-    levels = monitor.levels[min(first + 1, crossing.block)]
-    for j, name in enumerate(names):
-        past = np.array([data.summaries[i].estimate[j] for i in earlier])
-        if name not in followed:
-            if j < p and len(past):
-                expected[:, j] = np.median(past)
-                spread[j] = MAD * float(np.median(np.abs(past - np.median(past)))) or abs(float(np.median(past))) * 0.05
-            continue
-        k = followed[name]
-        unit, model, use = data.quantities[k].scale, monitor.models[k], data.use[runs, k]
-        level = levels.a[v, k] + levels.b[v, k] * use
-        expected[:, j] = unit * (level + data.covariates[runs] @ model.fixed[1:3] + monitor.control[runs, k])
-        uncertain = levels.aa[v, k] + 2.0 * use[-1] * levels.ab[v, k] + use[-1] ** 2 * levels.bb[v, k]
-        common = CONTROLLED_SHARE * model.cell_variance / len(runs)
-        common += max(model.variance - 1.0, 0.0) * float(np.median(data.sd[runs, k])) ** 2 / len(runs)
-        spread[j], scale[j] = unit * np.sqrt(max(uncertain + common, 0.0)), unit
-    excess = float(np.median([m.variance for m in monitor.models]))
-    return attribute(summaries, expected, spread, scale, max(excess, 1.0))
+    """Compare explanations of the mean change of a vehicle since the onset; later blocks, of larger change, count more.
+
+    Quantities that maintenance has changed in the meantime are left out.
+    """
+    v, first, last = crossing.subject, crossing.started, crossing.block
+    unit = data.unit[runs]
+    columns = [j for j, q in enumerate(data.quantities) if q.kind != ERROR and np.ptp(unit[:, j]) == 0]
+    blocks = np.unique(monitor.block_of_run[runs])
+    blocks = blocks[np.isfinite(monitor.value[blocks, v][:, columns]).all(axis=1)]
+    if not len(blocks) or not columns:
+        return Attribution((), 0.0, 0)
+    levels, weight = monitor.levels[min(first + 1, last)], (blocks - min(first, blocks[0] - 1)).astype(float)
+    weight /= weight.sum()
+    use = np.stack([mean_use(data, monitor, v, j, blocks) for j in columns], axis=1)
+    a, b, aa, ab, bb = (getattr(levels, x)[v, columns] for x in ("a", "b", "aa", "ab", "bb"))
+    change = weight @ (monitor.value[blocks, v][:, columns] - (a + b * use))
+    late = weight @ use
+    variance = weight**2 @ monitor.spread[blocks, v][:, columns] ** 2
+    variance += np.maximum(aa + 2.0 * late * ab + late**2 * bb, 0.0)
+    sd = np.sqrt(variance)
+    covariance = _correlation(monitor, last, columns) * np.outer(sd, sd)
+    share = weight[np.clip(np.searchsorted(blocks, monitor.block_of_run[runs]), 0, len(blocks) - 1)]
+    names, scale = [data.quantities[j].name for j in columns], np.array([data.quantities[j].scale for j in columns])
+    return attribute(change, covariance, signatures_of([data.summaries[i] for i in runs], share, names, scale))
+
+
+def _correlation(monitor: Monitor, last: int, columns: list[int]) -> FloatArray:
+    """Correlations of the scores of all vehicles until a block, from the bounded scores, towards none where few."""
+    z = np.clip(monitor.score[: last + 1][:, :, columns].reshape(-1, len(columns)), -MAX_SCORE, MAX_SCORE)
+    z = z[np.isfinite(z).all(axis=1)]
+    prior = CORRELATION_PRIOR * len(columns)
+    scale = np.sqrt(np.maximum(np.mean(z**2, axis=0), 1e-12)) if len(z) else np.ones(len(columns))
+    return np.asarray((z.T @ z / np.outer(scale, scale) + prior * np.eye(len(columns))) / (len(z) + prior))
 
 
 def _decide(
@@ -128,8 +133,9 @@ def _decide(
 ) -> tuple[str, Explanation | None, tuple[str, ...]]:
     """Verdict, best explanation and those that are not separated from it."""
     first = attribution.explanations[0] if attribution.explanations else None
-    is_error = data.quantities[crossing.quantities[0]].kind == ERROR
-    if first is None or attribution.explained < settings.min_explained or (is_error and first.deviance < 10.0):
+    if first is None or first.deviance < settings.min_deviance:
+        return OUTSIDE, None, ()
+    if attribution.explained < settings.min_explained and attribution.fit_probability < settings.misfit_probability:
         return OUTSIDE, None, ()
     close = tuple(e.name for e in attribution.explanations[1:] if first.deviance - e.deviance < settings.separation)
     if first.name.startswith("sensor_"):

@@ -1,21 +1,23 @@
-"""Attribution of a change to one parameter or effect, from the inner products of the runs since it began.
+"""Attribution of a change to one parameter or effect, from how each of them moves all estimates of a run.
 
-The runs since the onset are compared with what was expected of their vehicle before it. A hypothesis lets one quantity
-change freely, and all parameters within what they vary usually; its deviance is what that explains of the residual.
+A parameter that changes moves its own estimate. An effect moves its amount, and the estimates of the parameters and the
+amounts of other effects that resemble it. Generalised least squares compares the measured change of all quantities with
+these directions, in the covariance that sound vehicles of the fleet show.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy import linalg, stats
 
 from railui.arrays import FloatArray
 from railui.fleet.summary import RunSummary
 
-PENALTY: Final = 2.0  # of a free number, on the scale of the deviance (Akaike)
+MIN_LENGTH: Final = 1e-9  # of an effect that the parameters leave, over the whole
 
 
 @dataclass(frozen=True)
@@ -30,85 +32,93 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Attribution:
-    """Explanations of a change, the best first, and the deviance of all changes together."""
+    """Explanations of a change, the best first, and the deviance of the whole change of so many quantities."""
 
     explanations: tuple[Explanation, ...]
     total: float
+    quantities: int
 
     @property
     def explained(self) -> float:
-        """Share of the explainable deviance that the best explanation alone reaches, each free number penalised."""
+        """Share of the deviance, less its expected value without a further change, that the best one reaches."""
         if not self.explanations:
             return 0.0
-        best = self.explanations[0].deviance - PENALTY
-        return float(np.clip(best / max(self.total, best, 1e-300), 0.0, 1.0))
+        best = self.explanations[0].deviance
+        return float(np.clip(best / max(self.total - (self.quantities - 1), best, 1e-300), 0.0, 1.0))
+
+    @property
+    def fit_probability(self) -> float:
+        """Probability of a larger misfit if the best explanation is true: chi-squared, a degree of freedom less."""
+        if not self.explanations:
+            return 0.0
+        return float(stats.chi2.sf(self.total - self.explanations[0].deviance, max(self.quantities - 1, 1)))
 
 
-def shifted_gram(summary: RunSummary, expected: FloatArray) -> FloatArray:
-    """Inner products of a run about other values [p + k] of parameters and effects, per independent variance.
-
-    With r = r_0 - S (x - x_0) - D a, the residual at x, a has the products C'G C with C = [[1, 0], [-(x - x_0, a), I]].
-    """
-    p = len(summary.x)
-    change = expected.copy()
-    change[:p] -= summary.x
-    map_ = np.eye(len(summary.gram))
-    map_[1:, 0] = -change
-    return np.asarray(map_.T @ summary.gram @ map_ / summary.variance)
-
-
-def attribute(
-    summaries: Sequence[RunSummary],
-    expected: FloatArray,
-    spread: FloatArray,
-    scale: FloatArray,
-    excess: float = 1.0,
-) -> Attribution:
-    """Compare the explanations of a change.
+def attribute(change: FloatArray, covariance: FloatArray, signatures: Mapping[str, FloatArray]) -> Attribution:
+    """Compare explanations of a change.
 
     Parameters
     ----------
-    expected : array [run, p + k]
-        Parameters and amounts that were expected of each run.
-    spread : array [p + k]
-        Standard deviations of what parameters vary usually; infinite: free, zero: fixed.
-    scale : array [p + k]
-        Sizes of the numbers, for the report.
-    excess
-        Variance of the errors of runs over that of their products.
+    change : array [q]
+    covariance : array [q, q]
+        Of the change of a sound vehicle.
+    signatures : mapping of str to array [q]
+        Change by one unit of each hypothesis.
+
+    Notes
+    -----
+    With the covariance C and the signature h the size is h'C^-1 d / (h'C^-1 h), and the deviance, the reduction of
+    d'C^-1 d, is (h'C^-1 d)^2 / (h'C^-1 h): generalised least squares, A. C. Aitken, Proc. Roy. Soc. Edinburgh 55
+    (1936) 42; the deviance is the likelihood ratio of S. S. Wilks, Ann. Math. Stat. 9 (1938) 60.
+    """
+    inverse = linalg.pinvh(covariance)
+    weighted = inverse @ change
+    found = []
+    for name, h in signatures.items():
+        information = float(h @ inverse @ h)
+        if information > 0.0:
+            size = float(h @ weighted) / information
+            found.append(Explanation(name, size, information**-0.5, size**2 * information))
+    best_first = sorted(found, key=lambda e: (-e.deviance, e.name))
+    return Attribution(tuple(best_first), float(change @ weighted), len(change))
+
+
+def signatures_of(
+    summaries: Sequence[RunSummary], weights: FloatArray, names: Sequence[str], scale: FloatArray
+) -> dict[str, FloatArray]:
+    """Change of the followed quantities [q] by a unit of each of them.
+
+    Parameters
+    ----------
+    summaries, weights
+        Runs since the change began.
+    names, scale
+        Followed parameters and effects [q], and the values of a unit.
+
+    Notes
+    -----
+    With the inner products S'S, S'd and d'd of the runs, and A = S'S + P as in the quick path, an amount 1 of the
+    effect k moves the parameters by A^-1 S'd_k and the amount of the effect l by d_l'M d_k / (d_l'M d_l), with
+    M = I - S A^-1 S'.
     """
     first = summaries[0]
-    p, names = len(first.paths), (*first.paths, *first.directions)
-    gram = np.sum([shifted_gram(s, e) for s, e in zip(summaries, expected, strict=True)], axis=0) / excess
-    usual = np.where(spread[:p] > 0.0, spread[:p], 1e-12 * scale[:p])
-    precision = np.concatenate([1.0 / usual**2, np.zeros(len(names) - p)])
-    base, _, _ = _deviance(gram, list(range(p)), precision)
-    found = []
-    for j, name in enumerate(names):
-        if gram[1 + j, 1 + j] <= 0.0:
-            continue
-        free = precision.copy()
-        free[j] = 0.0
-        deviance, estimate, sd = _deviance(gram, sorted({*range(p), j}), free, j)
-        found.append(Explanation(name, estimate, sd, deviance - base))
-    everything = [j for j in range(len(names)) if gram[1 + j, 1 + j] > 0.0]
-    ridge = np.where(np.arange(len(names)) < p, 0.0, 1e-9 * np.diag(gram)[1:])
-    total, _, _ = _deviance(gram, everything, ridge)
-    best_first = sorted(found, key=lambda e: (-e.deviance, e.name))
-    return Attribution(tuple(best_first), max(total - base - PENALTY * len(everything), 0.0))
-
-
-def _deviance(
-    gram: FloatArray, free: Sequence[int], precision: FloatArray, of: int | None = None
-) -> tuple[float, float, float]:
-    """Deviance that free numbers explain, and the estimate of one of them with its standard deviation."""
-    index = np.array(free)
-    a = gram[np.ix_(1 + index, 1 + index)] + np.diag(precision[index])
-    right = gram[1 + index, 0]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-    inverse = np.linalg.pinv(a * np.outer(scale, scale), rcond=1e-10, hermitian=True) * np.outer(scale, scale)
-    solution = inverse @ right
-    if of is None:
-        return float(right @ solution), 0.0, 0.0
-    at = list(free).index(of)
-    return float(right @ solution), float(solution[at]), float(np.sqrt(max(inverse[at, at], 0.0)))
+    p, known = len(first.paths), (*first.paths, *first.directions)
+    products = sum(w * s.gram / s.variance for s, w in zip(summaries, weights, strict=True))
+    precision = sum(
+        w * np.maximum(1.0 - s.determined[:p], 0.0) / s.sd[:p] ** 2 for s, w in zip(summaries, weights, strict=True)
+    )
+    gram = np.asarray(products)[1:, 1:]
+    a = gram[:p, :p] + np.diag(np.asarray(precision))
+    size = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
+    inverse = linalg.pinvh(a * np.outer(size, size)) * np.outer(size, size)
+    moved = inverse @ gram[:p, p:]  # parameters by each effect
+    left = gram[p:, p:] - gram[p:, :p] @ moved
+    length = np.diag(left)
+    safe = np.where(length > MIN_LENGTH * np.diag(gram)[p:], length, np.inf)
+    every = np.zeros((len(known), len(known)))
+    every[:p, :p] = np.eye(p)
+    every[:p, p:] = moved
+    every[p:, p:] = left / safe[:, None]
+    at = [known.index(name) for name in names]
+    chosen = every[np.ix_(at, at)] / scale[:, None] * scale[None, :]
+    return {name: chosen[:, j] for j, name in enumerate(names)}

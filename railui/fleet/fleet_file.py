@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +13,7 @@ from railui.campaign.campaign import Campaign, check_band, comparison_options, w
 from railui.campaign.estimated import read_estimated
 from railui.campaign.settings.fleet import FleetSettings
 from railui.campaign.stated_noise import read_stated_noise
-from railui.fleet.schema import EventModel, FleetModel, LimitModel, RunsModel, TriggersModel, TypeModel
+from railui.fleet.schema import METADATA, EventModel, FleetModel, LimitModel, RunsModel, TriggersModel, TypeModel
 from railui.io.atomic import canonical_json, sha256, sha256_file
 from railui.io.problems import FileProblems, Findings, Problem, suggest_name
 from railui.io.units import UnitError, quantity
@@ -22,6 +23,8 @@ from railui.optimisation.response_map import check_keys
 from railui.runs.columns import RIG_FORMS
 from railui.vehicle.reference import load_named_design
 
+CALIBRATED: Final = "adjusted.yaml"  # of a loop
+FIELD: Final = re.compile(r"\{(\w+)\}")  # of a pattern
 REMEDY: Final = "write `types:`, `vehicles:` and `runs:`"
 
 
@@ -106,6 +109,9 @@ def load_fleet(path: str | Path) -> Fleet:
         if v.type in types:
             prior = None if v.prior is None else source.parent / v.prior
             vehicles[name] = Vehicle(name, types[v.type], prior)
+            if prior is not None and not (prior / CALIBRATED).is_file():
+                remedy = "name the directory of the results of railui loop, or leave prior out"
+                findings.add(f"vehicles.{name}.prior", f"{v.prior} has no {CALIBRATED}", remedy)
         elif v.type not in model.types:
             findings.add(f"vehicles.{name}", f"no type {v.type!r}", suggest_name(v.type, model.types))
     _check_runs(model, source, findings)
@@ -115,6 +121,9 @@ def load_fleet(path: str | Path) -> Fleet:
         elif event.vehicle and event.vehicle not in model.vehicles:
             remedy = suggest_name(event.vehicle, model.vehicles)
             findings.add(f"events.{i}.vehicle", f"no vehicle {event.vehicle!r}", remedy)
+        elif event.section and model.triggers.sections and event.section not in model.triggers.sections:
+            remedy = suggest_name(event.section, model.triggers.sections)
+            findings.add(f"events.{i}.section", f"no section {event.section!r} in the triggers", remedy)
     limits = [_read_limit(i, limit, types, findings) for i, limit in enumerate(model.limits)]
     if findings.errors():
         raise FileProblems(findings.errors())
@@ -177,17 +186,45 @@ def _read_type(
 
 
 def _check_runs(model: FleetModel, source: Path, findings: Findings) -> None:
-    """Report runs that are named by neither or by both ways, and an index that does not exist."""
-    index, pattern = model.runs.index, model.runs.pattern
-    if (index is None) == (pattern is None):
-        remedy = "give `index: runs.csv`, or `pattern: runs/{vehicle}/{time}.csv.gz`"
-        findings.add("runs", "are named by neither or by both of index and pattern", remedy)
+    """Report runs that are not named in exactly one way, an index that does not exist, and faulty patterns."""
+    runs = model.runs
+    index, pattern = runs.index, runs.pattern
+    if sum(way is not None for way in (index, pattern, runs.glob)) != 1:
+        remedy = "give `index: runs.csv`, `pattern: runs/{vehicle}/{time}.csv.gz`, or `glob: runs/*.csv`"
+        findings.add("runs", "are not named by exactly one of index, pattern and glob", remedy)
+    if runs.columns and index is None:
+        findings.add("runs.columns", "name columns of an index, which is not given", "give `index: runs.csv`")
+    _check_regex(model, findings)
+    fields = set(FIELD.findall(pattern or ""))
+    for name in sorted(fields - set(METADATA[1:])):
+        remedy = f"write one of {', '.join(f'{{{x}}}' for x in METADATA[1:])}"
+        findings.add("runs.pattern", f"has an unknown field {{{name}}}", remedy)
     if index is not None and "://" not in index and not (source.parent / index).is_file():
         findings.add("runs.index", f"no file {index!r}", f"give a path relative to {source.parent}")
     if pattern is not None and "{time}" not in pattern:
         findings.add("runs.pattern", "has no {time}", "write {time} where the names have the time of a run")
     if pattern is not None and "{vehicle}" not in pattern and len(model.vehicles) != 1:
         findings.add("runs.pattern", "has no {vehicle}", "write {vehicle} where the names have the vehicle")
+
+
+def _check_regex(model: FleetModel, findings: Findings) -> None:
+    """Report a regular expression that is none, or whose groups are not those of the metadata."""
+    runs = model.runs
+    if runs.regex is None:
+        if runs.glob is not None and len(model.vehicles) != 1:
+            findings.add("runs.glob", "does not state the vehicle", "add `regex: '(?P<vehicle>[^/]+)/'`")
+        return
+    if runs.glob is None:
+        findings.add("runs.regex", "belongs to a glob, which is not given", "give `glob: runs/*.csv`")
+    try:
+        groups = re.compile(runs.regex).groupindex
+    except re.error as error:
+        findings.add("runs.regex", f"is no regular expression: {error}", "write it in single quotes, as Python does")
+        return
+    for name in sorted(set(groups) - set(METADATA[1:])):
+        findings.add("runs.regex", f"has an unknown group {name!r}", suggest_name(name, METADATA[1:]))
+    if "vehicle" not in groups and len(model.vehicles) != 1:
+        findings.add("runs.regex", "has no group vehicle", "write (?P<vehicle>...) where the names have the vehicle")
 
 
 def _read_limit(number: int, model: LimitModel, types: Mapping[str, VehicleType], findings: Findings) -> Limit | None:

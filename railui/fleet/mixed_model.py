@@ -4,8 +4,8 @@
 
 with the use m since maintenance, and a_v, b_v, u normal with variances of their own. Vehicles share what they have in
 common and keep what is their own: partial pooling. The random effects are those of Henderson's mixed-model equations,
-the variances of the EM iteration for REML (S. R. Searle, G. Casella, C. E. McCulloch, Variance Components, Wiley 1992,
-ch. 8); robust against faulty vehicles by Huber's weights of the residuals and medians of the random effects.
+the variances those of a fixed-point iteration for REML; robust against faulty vehicles by Huber's weights of the
+residuals and bounded squares of the random effects.
 """
 
 from __future__ import annotations
@@ -15,15 +15,18 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, sparse
+from scipy import linalg
 
 from railui.arrays import FloatArray
 
 HUBER: Final = 2.0  # standard deviations, from which a residual counts less
 MAD_EFFICIENCY: Final = 0.37  # of a median absolute deviation: independent values that count
-FEW_EFFECTS: Final = 12  # below, their mean square is less uncertain than a median
+BOUND: Final = 2.0  # standard deviations, from which a random effect counts as this many
+BOUNDED_SQUARE: Final = 0.9205  # mean of min(z^2, 4) of a standard normal variable
 MAD: Final = 1.4826  # standard deviation of a normal variable over its median absolute deviation
 FIXED: Final = 4  # mean, temperature, load, use
+TOLERANCE: Final = 0.02  # relative change of the variances at which the iteration ends
+SMALL: Final = 1e-2  # of the variance of a run: no difference
 MIN_VARIANCE: Final = 1e-8  # of the residual variance
 
 
@@ -98,10 +101,11 @@ def fit_mixed_model(
     slopes = np.where(np.ptp(x[:, 1:], axis=0) > 0.0, x[:, 1:].var(axis=0) / scatter, 1e12)
     spread = float(np.ptp(use)) or 1.0
     variance = start.variance if start else 1.0
-    s_a = start.level_variance if start else scatter
-    s_b = start.slope_variance if start else 0.01 * scatter / spread**2
-    s_u = start.cell_variance if start else 0.1 * scatter
+    s_a = (start and start.level_variance) or scatter
+    s_b = (start and start.slope_variance) or 0.01 * scatter / spread**2
+    s_u = (start and start.cell_variance) or 0.1 * scatter
     robust = np.ones(len(y))
+    equations = _Equations(x, use, columns, n)
     for _ in range(iterations):
         weights = robust / (variance * sd**2)
         precision = np.concatenate(
@@ -113,7 +117,7 @@ def fit_mixed_model(
                 np.full(cells, 1.0 / max(s_u, MIN_VARIANCE * base)),
             ]
         )
-        matrix, right = _equations(x, use, columns, weights, y, n)
+        matrix, right = equations.of(weights, y)
         matrix[np.diag_indices(n)] += precision
         inverse = _inverse(matrix)
         solution = inverse @ right
@@ -122,13 +126,18 @@ def fit_mixed_model(
         a, b, u = np.split(solution[FIXED:], [vehicles, 2 * vehicles])
         trace = np.diag(inverse)
         freedom = max(len(y) - float(np.sum(1.0 - precision * trace)), 1.0)
+        variance_before = variance
         variance = max((MAD * float(np.median(np.abs(residual)))) ** 2 * len(y) / freedom, MIN_VARIANCE)
         size = np.abs(residual) / np.sqrt(variance)
         robust = np.minimum(1.0, HUBER / np.maximum(size, 1e-12))
         present = np.bincount(vehicle, minlength=vehicles) > 0
-        s_a = _component(a, trace[FIXED : FIXED + vehicles], present)
-        s_b = _component(b, trace[FIXED + vehicles : FIXED + 2 * vehicles], present)
-        s_u = _component(u, trace[FIXED + 2 * vehicles :], np.bincount(cell, minlength=cells) > 0)
+        before = np.array([variance_before, s_a, s_b, s_u])
+        s_a = _component(s_a, a, trace[FIXED : FIXED + vehicles], present)
+        s_b = _component(s_b, b, trace[FIXED + vehicles : FIXED + 2 * vehicles], present)
+        s_u = _component(s_u, u, trace[FIXED + 2 * vehicles :], np.bincount(cell, minlength=cells) > 0)
+        change = np.abs(np.array([variance, s_a, s_b, s_u]) - before)
+        if np.all(change <= TOLERANCE * np.maximum(before, np.array([1.0, base, base / spread**2, base]) * SMALL)):
+            break
     spread_of = np.sqrt(np.maximum(trace, 0.0))
     return MixedModel(
         solution[:FIXED],
@@ -146,32 +155,38 @@ def fit_mixed_model(
     )
 
 
-def _component(effects: FloatArray, variances: FloatArray, present: NDArray[np.bool_]) -> float:
-    """Variance of random effects: square of their robust spread, plus the mean of what is not known of each."""
+def _component(variance: float, effects: FloatArray, uncertain: FloatArray, present: NDArray[np.bool_]) -> float:
+    """Next estimate of the variance s of random effects u, of which the data leave the variances c open.
+
+    Notes
+    -----
+    REML has s = sum u^2 / sum (1 - c / s), solved by fixed-point iteration: D. A. Harville, J. Am. Stat. Assoc. 72
+    (1977) 320. Here u^2 / (s - c), of mean 1, is bounded: P. J. Huber, Robust Statistics (Wiley 1981), ch. 6.
+    """
     if present.sum() < 2:
         return 0.0
-    own = effects[present]
-    spread = np.mean(own**2) if len(own) < FEW_EFFECTS else (MAD * np.median(np.abs(own))) ** 2
-    return float(spread) + float(np.mean(variances[present]))
+    known = np.clip(1.0 - uncertain[present] / max(variance, 1e-300), 1e-9, 1.0)
+    squares = np.minimum(effects[present] ** 2 / (known * max(variance, 1e-300)), BOUND**2)
+    return variance * float(known @ squares) / (BOUNDED_SQUARE * float(known.sum()))
 
 
-def _equations(
-    x: FloatArray,
-    use: FloatArray,
-    columns: tuple[NDArray[np.int64], ...],
-    weights: FloatArray,
-    y: FloatArray,
-    n: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Matrix [n, n] and right-hand side [n] of the mixed-model equations, without the variances."""
-    rows = np.arange(len(y))
-    values = [*x.T, np.ones(len(y)), use, np.ones(len(y))]
-    places = [*(np.full(len(y), j) for j in range(x.shape[1])), *columns]
-    table = sparse.csr_array(
-        (np.concatenate(values), (np.tile(rows, len(values)), np.concatenate(places))), shape=(len(y), n)
-    )
-    weighted = table.multiply(weights[:, None]).tocsr()
-    return np.asarray((weighted.T @ table).toarray()), np.asarray(weighted.T @ y)
+class _Equations:
+    """Mixed-model equations, whose few coefficients per run are multiplied once for all iterations."""
+
+    def __init__(self, x: FloatArray, use: FloatArray, columns: tuple[NDArray[np.int64], ...], n: int) -> None:
+        ones = np.ones(len(use))
+        self.n = n
+        self.values = np.column_stack([x, ones, use, ones])
+        self.places = np.column_stack([*(np.full(len(use), j) for j in range(x.shape[1])), *columns])
+        self.products = self.values[:, :, None] * self.values[:, None, :]
+        self.cells = (self.places[:, :, None] * n + self.places[:, None, :]).ravel()
+
+    def of(self, weights: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Matrix [n, n] and right-hand side [n], without the variances of the random effects."""
+        n = self.n
+        matrix = np.bincount(self.cells, (weights[:, None, None] * self.products).ravel(), n * n).reshape(n, n)
+        right = np.bincount(self.places.ravel(), ((weights * y)[:, None] * self.values).ravel(), n)
+        return np.asarray(matrix), np.asarray(right)
 
 
 def _inverse(matrix: FloatArray) -> FloatArray:

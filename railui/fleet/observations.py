@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.fleet.fleet_file import Fleet, VehicleType
+from railui.fleet.free_estimates import free_estimates
 from railui.fleet.schema import EventModel
 from railui.fleet.store import FleetStore
 from railui.fleet.summary import RunSummary
@@ -131,6 +132,8 @@ def _values(
     p = len(first.paths)
     estimate = np.array([s.estimate for s in summaries])
     sd = np.array([s.sd for s in summaries])
+    for row, summary in enumerate(summaries):
+        estimate[row, :p], sd[row, :p] = free_estimates(summary)
     determined = np.median([s.determined for s in summaries], axis=0)
     errors = np.log(np.maximum([s.errors for s in summaries], 1e-12))
     columns = []

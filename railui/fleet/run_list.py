@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 import math
 import re
 import tempfile
@@ -13,15 +12,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from railui.fleet.fleet_file import Fleet
-from railui.fleet.schema import read_time
+from railui.fleet.fleet_file import FIELD, Fleet
+from railui.fleet.schema import METADATA, read_time
 from railui.io.problems import Findings, file_problem, suggest_name
 from railui.io.units import UnitError
+from railui.io.yaml_document import load_yaml
 
 NUMBERS: Final = ("mileage", "load", "temperature")
-WORDS: Final = ("file", "vehicle", "time", "section")
+DELIMITERS: Final = (",", ";", "\t")
+MAX_PROBLEMS: Final = 10  # of file names that are reported
 REQUIRED: Final = ("file", "time")
-FIELD: Final = re.compile(r"\\\{(\w+)\\\}")
 HEADER: Final = re.compile(r"\s*(\w+)\s*(?:\[[^\]]*\])?\s*\Z")
 
 
@@ -66,14 +66,9 @@ def _from_index(fleet: Fleet) -> list[FleetRun]:
     assert fleet.runs.index is not None
     place = fleet.runs.index if "://" in fleet.runs.index else str(fleet.directory / fleet.runs.index)
     findings = Findings(place)
-    rows = csv.reader(io.StringIO(_read_text(place)))
-    header = [m.group(1) if (m := HEADER.match(cell)) else cell for cell in next(rows, [])]
-    for name in REQUIRED:
-        if name not in header:
-            findings.add("", f"has no column {name!r}", "write file,vehicle,time,mileage,load,temperature,section")
-    for name in header:
-        if name not in (*WORDS, *NUMBERS):
-            findings.add("", f"unknown column {name!r}", suggest_name(name, [*WORDS, *NUMBERS]))
+    lines = _read_text(place).splitlines()
+    rows = csv.reader(lines, delimiter=max(DELIMITERS, key=lines[0].count) if lines else ",")
+    header = _header(next(rows, []), fleet.runs.columns, findings)
     findings.raise_errors()
     home = place.rpartition("/")[0]
     runs: list[FleetRun] = []
@@ -92,13 +87,39 @@ def _from_index(fleet: Fleet) -> list[FleetRun]:
     return runs
 
 
+def _header(cells: list[str], names: Mapping[str, str], findings: Findings) -> list[str]:
+    """Return the columns of an index under the names of railui; unknown ones are faults unless names are given."""
+    header = [m.group(1) if (m := HEADER.match(cell)) else cell.strip() for cell in cells]
+    for name, own in names.items():
+        matching = [j for j, cell in enumerate(cells) if own in (cell.strip(), header[j])]
+        if not matching:
+            findings.add("", f"has no column {own!r}", suggest_name(own, header), position=(1, 1))
+        for j in matching:
+            header[j] = name
+    for name in REQUIRED:
+        if name not in header and not (name in names and findings.errors()):
+            remedy = f"name its column: `runs: {{columns: {{{name}: ...}}}}`, one of {', '.join(header)}"
+            findings.add("", f"has no column {name!r}", remedy, position=(1, 1))
+    for name in header:
+        if name not in METADATA and not names:
+            remedy = f"{suggest_name(name, METADATA)}, or `runs: {{columns: {{...}}}}`, which ignores others"
+            findings.add("", f"unknown column {name!r}", remedy, position=(1, 1))
+    return header
+
+
 def _run_of_row(
-    row: Mapping[str, str], fleet: Fleet, home: str, findings: Findings, position: tuple[int, int]
+    row: Mapping[str, str],
+    fleet: Fleet,
+    home: str,
+    findings: Findings,
+    position: tuple[int, int],
+    where: str = "",
 ) -> FleetRun | None:
+    """Read the metadata of a run; report faults after the words `where`."""
     vehicle = row.get("vehicle") or (next(iter(fleet.vehicles)) if len(fleet.vehicles) == 1 else "")
     if vehicle not in fleet.vehicles:
         remedy = suggest_name(vehicle, fleet.vehicles)
-        findings.add("vehicle", f"no vehicle {vehicle!r} in {fleet.source.name}", remedy, position=position)
+        findings.add("vehicle", f"{where}no vehicle {vehicle!r} in {fleet.source.name}", remedy, position=position)
         return None
     numbers = {}
     for name in NUMBERS:
@@ -106,11 +127,11 @@ def _run_of_row(
         try:
             numbers[name] = float(text) if text else math.nan
         except ValueError:
-            findings.add(name, f"{text!r} is not a number", "write it without a unit", position=position)
+            findings.add(name, f"{where}{text!r} is not a number", "write it without a unit", position=position)
     try:
         time = read_time(row.get("time", ""))
     except UnitError as error:
-        findings.add("time", error.message, error.remedy, position=position)
+        findings.add("time", where + error.message, error.remedy, position=position)
         return None
     file = row.get("file", "")
     file = file if "://" in file or Path(file).is_absolute() else f"{home}/{file}" if home else file
@@ -118,29 +139,48 @@ def _run_of_row(
 
 
 def _from_names(fleet: Fleet) -> list[FleetRun]:
-    assert fleet.runs.pattern is not None
-    pattern = fleet.runs.pattern
-    remote = "://" in pattern
-    place = pattern if remote else str((fleet.directory / pattern).resolve())
-    expression = re.compile(FIELD.sub(lambda m: f"(?P<{m.group(1)}>[^/]+?)", re.escape(place)) + r"\Z")
-    unknown = set(expression.groupindex) - {"vehicle", "time", "section"}
-    if unknown:
-        remedy = "write {vehicle}, {time} and {section}"
-        raise file_problem(fleet.source, f"the pattern has an unknown field {min(unknown)!r}", remedy, "runs.pattern")
-    findings = Findings(str(fleet.source))
+    """List the runs whose metadata are in their names."""
+    asked = fleet.runs.pattern or fleet.runs.glob or ""
+    place = asked if "://" in asked else str((fleet.directory / asked).resolve())
+    files = _matching(FIELD.sub("*", place), "://" in place)
+    if fleet.runs.pattern is not None:
+        fields = FIELD.sub(
+            lambda m: f"(?P<{m.group(1)}>[^/]+?)", re.escape(place).replace(r"\{", "{").replace(r"\}", "}")
+        )
+        expression = re.compile(fields.replace(r"\*", "[^/]*") + r"\Z")
+    else:
+        files.sort(key=natural_key)
+        expression = re.compile(fleet.runs.regex or "")
+    home = asked.partition("*")[0].rpartition("/")[0] if "://" in asked else str(fleet.directory.resolve())
+    findings = load_yaml(fleet.source).findings()
+    key = "runs.pattern" if fleet.runs.pattern else "runs.regex" if fleet.runs.regex else "runs.glob"
+    position = findings.position(key, False)
     runs = []
-    for file in _matching(re.sub(r"\{\w+\}", "*", place), remote):
-        found = expression.match(file)
+    for number, file in enumerate(files, 1):
+        searched = file if fleet.runs.pattern is not None else file.removeprefix(f"{home}/")
+        found = expression.search(searched)
         if found is None:
+            if fleet.runs.regex is not None:
+                remedy = "correct the expression, or make the glob narrower"
+                findings.add(key, f"does not match {searched}", remedy)
             continue
-        row = {**found.groupdict(), "file": file}
-        run = _run_of_row(row, fleet, "", findings, (0, 0))
+        row = {"time": str(number), **{k: x or "" for k, x in found.groupdict().items()}, "file": file}
+        run = _run_of_row(row, fleet, "", findings, position, f"{searched}: ")
         if run is not None:
             runs.append(run)
     if findings.errors():
-        findings.problems = [p for p in findings.problems][:10]
+        findings.problems = findings.problems[:MAX_PROBLEMS]
     findings.raise_errors()
     return runs
+
+
+def natural_key(name: str) -> list[tuple[int, str]]:
+    """Key of an order in which run_2 comes before run_10.
+
+    >>> sorted(["run_10", "run_2"], key=natural_key)
+    ['run_2', 'run_10']
+    """
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]
 
 
 def _matching(glob: str, remote: bool) -> list[str]:
@@ -148,7 +188,7 @@ def _matching(glob: str, remote: bool) -> list[str]:
     if not remote:
         import glob as local
 
-        return sorted(local.glob(glob))
+        return sorted(local.glob(glob, recursive=True))
     protocol = glob.partition("://")[0]
     return sorted(f"{protocol}://{name.lstrip('/')}" for name in _file_system(glob).glob(glob))
 
@@ -167,8 +207,11 @@ def _file_system(address: str) -> Any:
 
 def _read_text(place: str) -> str:
     if "://" not in place:
-        return Path(place).read_text("utf-8")
-    return str(_file_system(place).cat_file(place).decode("utf-8"))
+        return Path(place).read_text("utf-8-sig")
+    try:
+        return str(_file_system(place).cat_file(place).decode("utf-8-sig"))
+    except OSError as error:
+        raise file_problem(place, f"cannot be read: {type(error).__name__}", "correct the address") from None
 
 
 @contextmanager

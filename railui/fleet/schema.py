@@ -11,6 +11,7 @@ from pydantic import Field, create_model
 from railui.campaign.schema import MeasurementModel, read_settings, setting_field
 from railui.campaign.settings.fleet import FLEET_SETTINGS
 from railui.io.fields import LIST, LIST_OR_SCALAR, PAIR, Group, Text, ValueReader, quantity_reader
+from railui.io.problems import suggest_name
 from railui.io.units import UnitError, quantity, read_speed
 
 SECONDS_PER_DAY: Final = 86400.0
@@ -65,6 +66,7 @@ def _read_sections(value: Any) -> dict[str, tuple[float, float]]:
     return sections
 
 
+METADATA: Final = ("file", "vehicle", "time", "mileage", "load", "temperature", "section")
 Speed = Annotated[float, ValueReader(read_speed)]
 Time = Annotated[float, ValueReader(read_time, {"type": ["string", "number"]})]
 Seconds = Annotated[float, quantity_reader("s", 0.0, above=True)]
@@ -93,6 +95,18 @@ def _read_vehicles(value: Any) -> Any:
     return {str(name): {"type": one} if isinstance(one, str) else one for name, one in value.items()}
 
 
+def _read_columns(value: Any) -> dict[str, str]:
+    """Read the names that a table has for its columns."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value.values()):
+        raise UnitError("is not a group of names", "write {time: run_no, temperature: oil_degC}")
+    unknown = [str(name) for name in value if name not in METADATA]
+    if unknown:
+        raise UnitError(f"unknown column {unknown[0]!r}", suggest_name(unknown[0], METADATA))
+    return {str(name): str(own) for name, own in value.items()}
+
+
 class RunsModel(Group):
     """Schema of the runs: a table of them, or a pattern of their names."""
 
@@ -100,9 +114,19 @@ class RunsModel(Group):
         default=None,
         title="CSV of the runs: file, vehicle, time; mileage, load, temperature, section where known",
     )
+    columns: Annotated[
+        dict[str, str], ValueReader(_read_columns, {"type": "object", "additionalProperties": {"type": "string"}})
+    ] = Field(default_factory=dict, title="names that the index has for its columns; others are then ignored")
     pattern: Text | None = Field(
         default=None,
-        title="path of the runs with {vehicle}, {time} and {section} in it, such as runs/{vehicle}/{time}.csv.gz",
+        title="path of the runs with {vehicle}, {time}, {section}, {mileage}, {load}, {temperature} and * in it, such "
+        "as runs/{vehicle}/{time}.csv.gz",
+    )
+    glob: Text | None = Field(default=None, title="path of the runs with * and **, such as runs/**/*.csv")
+    regex: Text | None = Field(
+        default=None,
+        title="with glob: regular expression that is searched in the path below the directory of the file, with groups "
+        "such as (?P<time>[0-9]+); without a group time the runs are numbered in the order of their names",
     )
 
 

@@ -13,9 +13,10 @@ from railui.fleet.alarm import Alarm, explain_alarm
 from railui.fleet.course import Course, arrival
 from railui.fleet.cusum import DAYS_PER_MONTH
 from railui.fleet.fleet_file import Fleet, VehicleType
+from railui.fleet.history import Monitor
 from railui.fleet.limits import critical_value
 from railui.fleet.mixed_model import MixedModel
-from railui.fleet.monitor import Monitor, monitor_fleet
+from railui.fleet.monitor import monitor_fleet
 from railui.fleet.observations import PARAMETER, Observations, Quantity, read_observations
 from railui.fleet.schema import time_text
 from railui.fleet.store import FleetStore

@@ -10,6 +10,7 @@ from railui.io.problems import Findings
 
 SCHEMA_VERSION = 1
 KEYS_BY_KIND = {
+    "fleet": ("types", "vehicles", "triggers"),
     "study": ("variables", "objectives", "cases"),
     "plan": ("costs", "budget"),
     "campaign": ("runs", "adjust", "noise"),

@@ -17,6 +17,7 @@ from railui.fleet.fleet_file import load_fleet
 from railui.fleet.pools import DaskPool, ThreadPool
 from railui.fleet.quick_path import Watch, estimates_of_gram, summarise_run
 from railui.fleet.reference import Reference, watched_candidates
+from railui.fleet.run_list import list_runs
 from railui.fleet.store import FleetStore
 from railui.fleet.summary import RunSummary
 from railui.io.problems import FileProblems
@@ -53,6 +54,37 @@ def test_every_run_estimates_the_stiffness_of_its_rig(store: FleetStore) -> None
         rig, number = int(name[3]) - 1, int(name[5:7]) - 1
         found = dict(zip(summary.paths, summary.estimate, strict=False))["vehicle.rig.stiffness"]
         assert found == pytest.approx(stiffness(RIGS, rig, number), rel=2e-3)
+
+
+def test_a_fleet_of_addresses_gives_the_same_digits(home: Path, store: FleetStore, tmp_path: Path) -> None:
+    """The table and the runs in memory, as they would be in a bucket; the second update reads no run again."""
+    fsspec = pytest.importorskip("fsspec")
+    memory = fsspec.filesystem("memory")
+    for file in (home / "runs.csv", *sorted((home / "runs").iterdir())):
+        memory.pipe(f"/rigs/{file.relative_to(home)}", file.read_bytes())
+    shutil.copy(home / "rig.yaml", tmp_path)
+    text = (home / "fleet.yaml").read_text()
+    (tmp_path / "fleet.yaml").write_text(text.replace("index: runs.csv", "index: 'memory://rigs/runs.csv'"))
+    opened = FleetStore(tmp_path)
+    update = update_fleet(load_fleet(tmp_path), opened, ThreadPool(1))
+    again = update_fleet(load_fleet(tmp_path), opened, ThreadPool(1))
+    first, second = _summaries(store), _summaries(opened)
+    opened.close()
+    assert (update.computed, again.computed, again.stored) == (12, 0, 12)
+    assert all(np.array_equal(first[name].gram, second[name].gram) for name in first)
+    pattern = text.replace("{index: runs.csv}", "{pattern: 'memory://rigs/runs/{vehicle}_{time}.csv.gz'}")
+    (tmp_path / "fleet.yaml").write_text(pattern)
+    assert [(r.vehicle, r.time) for r in list_runs(load_fleet(tmp_path))][:3] == [
+        ("rig1", 1.0), ("rig2", 1.0), ("rig1", 2.0),
+    ]  # fmt: skip
+
+
+def test_an_address_that_cannot_be_opened_is_reported(home: Path, tmp_path: Path) -> None:
+    shutil.copy(home / "rig.yaml", tmp_path)
+    text = (home / "fleet.yaml").read_text().replace("index: runs.csv", "index: 'memory://none/runs.csv'")
+    (tmp_path / "fleet.yaml").write_text(text)
+    with pytest.raises(FileProblems, match=r"memory://none/runs\.csv: cannot be read"):
+        list_runs(load_fleet(tmp_path))
 
 
 def test_what_was_computed_is_not_computed_again(home: Path, store: FleetStore) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from railui.fleet.control import common_deviation
 from railui.fleet.course import arrival, fit_course
 from railui.fleet.level_filter import Levels
 from railui.fleet.mixed_model import fit_mixed_model
-from railui.fleet.monitor import common_deviation
 
 
 def test_the_mixed_model_separates_temperature_trend_vehicles_and_sections() -> None:

@@ -1,8 +1,8 @@
 """A made fleet: bogies over a year on three track sections, with weather, loads, wear, ageing and planted faults.
 
-Vehicles differ from the declared one and from each other. Rubber and oil follow the temperature, the creep follows the
-weather of the day, wheels wear until they are re-profiled, sensors drift a little. Two sections deteriorate between two
-recordings of the track. Faults of known size begin at known days on some vehicles.
+Vehicles differ from the declared one and from each other. Rubber and oil follow the temperature, rubber stiffens under
+load, the creep follows the weather of the day, wheels wear until they are re-profiled, sensors drift a little. Two
+sections deteriorate between two recordings of the track. Faults of known size begin at known days on some vehicles.
 """
 
 from __future__ import annotations
@@ -158,7 +158,7 @@ def _in_service(v: Vehicle, order: FleetOrder, wear: float, degrees: float, load
     cold = degrees - 15.0
     return replace(
         v,
-        c_y=v.c_y * (1.0 - 0.003 * cold),
+        c_y=v.c_y * (1.0 - 0.003 * cold) * (1.0 + 0.02 * load),
         c_x=v.c_x * (1.0 - 0.003 * cold),
         k_y=v.k_y * (1.0 - 0.005 * cold),
         k_psi=v.k_psi * (1.0 - 0.005 * cold),
@@ -268,7 +268,7 @@ def state_of(order: FleetOrder, member: Member, k: int, day: int) -> State:
     effects: list[Effect] = []
     for fault in order.faults:
         size = fault.at(day) if fault.vehicle == k else 0.0
-        if size <= 0.0:
+        if size == 0.0:
             continue
         if fault.kind == "yaw_damper":
             vehicle = replace(vehicle, k_psi=vehicle.k_psi * (1.0 - size))

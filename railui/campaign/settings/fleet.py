@@ -63,7 +63,19 @@ class FleetSettings:
     min_explained: float = setting(
         0.5,
         maximum=1.0,
-        meaning="Share of the deviance of a change that one explanation must reach; below, the change is `outside`.",
+        meaning="Share of the deviance of a change that one explanation must reach; below, its misfit decides.",
+    )
+    misfit_probability: float = setting(
+        0.01,
+        maximum=1.0,
+        meaning="Probability of the misfit of the best explanation, below which the change is `outside`.",
+        provenance="conventional: goodness of fit at 1 %",
+    )
+    min_deviance: float = setting(
+        12.0,
+        minimum=0.0,
+        meaning="Deviance that the best explanation must reach; below, the change is `outside`.",
+        provenance="chi-squared of one degree of freedom at 1 % over 20 explanations (Bonferroni)",
     )
 
 

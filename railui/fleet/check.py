@@ -1,0 +1,59 @@
+"""Check of a fleet file with its table of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from railui.fleet.fleet_file import Fleet, load_fleet
+from railui.fleet.run_list import FleetRun, list_runs
+from railui.io.problems import Findings
+from railui.io.yaml_document import load_yaml
+
+MAX_NAMES: Final = 3  # of files or vehicles in a warning
+
+
+def check_fleet(path: str | Path) -> Fleet:
+    """Read a fleet and its list of runs; its warnings name missing files and vehicles without runs.
+
+    Raises
+    ------
+    FileProblems
+        With every fault of the file, of its designs, and of the table of runs.
+    """
+    fleet = load_fleet(path)
+    findings = load_yaml(fleet.source).findings()
+    runs = list_runs(fleet)
+    missing = [run.file for run in runs if "://" not in run.file and not Path(run.file).is_file()]
+    without = sorted(set(fleet.vehicles) - {run.vehicle for run in runs})
+    if not runs:
+        findings.warn("runs", "name no file", "correct the index or the pattern, or record the first runs")
+    elif without:
+        findings.warn("vehicles", f"no runs of {_names(without)}", "correct the names, or wait for their runs")
+    if missing:
+        findings.warn("runs", f"{len(missing)} files are missing: {_names(missing)}", "correct their paths")
+    _warn_of_few_blocks(fleet, runs, findings)
+    return replace(fleet, warnings=(*fleet.warnings, *findings.problems))
+
+
+def _warn_of_few_blocks(fleet: Fleet, runs: Sequence[FleetRun], findings: Findings) -> None:
+    """Warn where all runs lie in the blocks from which levels are learnt."""
+    times = np.array([run.time for run in runs])
+    settings = fleet.settings
+    if len(times) < 2 or not np.ptp(times) > 0.0:
+        return
+    blocks = int(np.ptp(times) / settings.block_days) + 1
+    if blocks <= settings.baseline_blocks:
+        spacing = float(np.median(np.diff(np.unique(times))))
+        message = f"{blocks} blocks of {settings.block_days:g} days, of which the first {settings.baseline_blocks}"
+        remedy = f"wait for more runs, or shorten the blocks: `settings: {{block_days: {spacing:g}}}`"
+        findings.warn("runs", f"lie in {message} are not tested", remedy)
+
+
+def _names(names: list[str]) -> str:
+    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+    return ", ".join(names[:MAX_NAMES]) + more

@@ -1,0 +1,133 @@
+"""Files of a fleet: its check, its schema, and runs whose metadata are in a table or in their names."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from railui.api.files import check, schema
+from railui.documents.recognise import recognise
+from railui.fleet.check import check_fleet
+from railui.fleet.fleet_file import load_fleet
+from railui.fleet.run_list import FleetRun, list_runs
+from railui.io.problems import FileProblems
+from tests.cli.runner import run as run_cli
+from tests.truth.rig_fleet import NOMINAL
+
+TEXT = """schema: railui.fleet/1
+types: {{rig: {{vehicle: rig.yaml}}}}
+vehicles: {{{vehicles}}}
+runs: {{{runs}}}
+"""
+
+
+def _home(folder: Path, runs: str, vehicles: str = "a: rig", more: str = "") -> Path:
+    (folder / "rig.yaml").write_text(NOMINAL.text())
+    (folder / "fleet.yaml").write_text(TEXT.format(runs=runs, vehicles=vehicles) + more)
+    return folder
+
+
+def _touch(folder: Path, *names: str) -> None:
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+
+
+def _listed(folder: Path) -> list[FleetRun]:
+    return list_runs(load_fleet(folder))
+
+
+def test_runs_without_a_time_are_numbered_in_the_order_of_their_names(tmp_path: Path) -> None:
+    _home(tmp_path, "glob: 'runs/*.csv'")
+    _touch(tmp_path, *(f"runs/run{i}.csv" for i in (10, 2, 1)))
+    assert [(Path(r.file).name, r.time) for r in _listed(tmp_path)] == [
+        ("run1.csv", 1.0), ("run2.csv", 2.0), ("run10.csv", 3.0),
+    ]  # fmt: skip
+
+
+def test_a_regular_expression_reads_the_metadata_from_names(tmp_path: Path) -> None:
+    regex = r"regex: '(?P<vehicle>[ab])/.*_(?P<time>\d{4}-\d\d-\d\d)_(?P<temperature>-?\d+)C'"
+    _home(tmp_path, f"glob: '**/*.csv', {regex}", "a: rig, b: rig")
+    _touch(tmp_path, "a/x_2026-03-02_18C.csv", "b/y_2026-03-01_-4C.csv")
+    assert [(r.vehicle, r.time, r.temperature) for r in _listed(tmp_path)] == [("b", 20513.0, -4.0), ("a", 20514.0, 18)]
+
+
+def test_a_pattern_may_have_wildcards_and_numbers(tmp_path: Path) -> None:
+    _home(tmp_path, "pattern: 'runs/*_{time}_{load}.csv'")
+    _touch(tmp_path, "runs/x_7_0.5.csv", "runs/y_8_1.csv")
+    assert [(r.time, r.load) for r in _listed(tmp_path)] == [(7.0, 0.5), (8.0, 1.0)]
+
+
+def test_a_table_keeps_the_names_and_the_delimiter_of_its_owner(tmp_path: Path) -> None:
+    _home(tmp_path, "index: runs.csv, columns: {file: Name, time: Run no, temperature: oil}")
+    (tmp_path / "runs.csv").write_text("\ufeffName;Run no;operator;oil [degC]\nr1.csv;1;me;20\nr2.csv;2;you;\n")
+    assert [(r.time, r.temperature == 20.0) for r in _listed(tmp_path)] == [(1.0, True), (2.0, False)]
+
+
+def test_faults_of_a_header_are_reported_at_once_with_remedies(tmp_path: Path) -> None:
+    _home(tmp_path, "index: runs.csv")
+    (tmp_path / "runs.csv").write_text("name,tiem,vehicle\nr1.csv,1,a\n")
+    with pytest.raises(FileProblems) as found:
+        _listed(tmp_path)
+    texts = [str(p) for p in found.value.problems]
+    assert all(text.startswith(f"{tmp_path / 'runs.csv'}:1:1: ") for text in texts)
+    assert sum("has no column" in text for text in texts) == 2
+    assert any("'tiem'" in text and "did you mean 'time'?" in text for text in texts)
+
+
+def test_names_that_do_not_fit_are_reported_with_the_line_of_the_expression(tmp_path: Path) -> None:
+    _home(tmp_path, r"glob: '*.csv', regex: 'r(?P<time>\d+)'")
+    _touch(tmp_path, "r1.csv", "other.csv")
+    with pytest.raises(FileProblems, match=r"fleet.yaml:4:.*does not match other.csv"):
+        _listed(tmp_path)
+
+
+def test_the_check_reports_all_faults_of_a_fleet_with_their_lines(tmp_path: Path) -> None:
+    more = "\n".join(
+        [
+            "triggers: {sections: {north: [1 m, 2 m]}}",
+            "events:",
+            "  - {section: nroth, time: 2026-01-01}",
+            "  - {time: 2026-01-01}",
+            "limits:",
+            "  - {parameter: vehicle.rig.stifness, below: 1 N/m}",
+            "settings: {block_day: 1}",
+            "",
+        ]
+    )
+    _home(tmp_path, "pattern: 'runs/{vehicle}.csv', regex: '('", "a: rig, b: rag, c: {type: rig, prior: none}", more)
+    assert "settings.block_day" in {p.key for p in check(tmp_path / "fleet.yaml")}
+    (tmp_path / "fleet.yaml").write_text((tmp_path / "fleet.yaml").read_text().replace("block_day:", "block_days:"))
+    lines = {p.key: p.line for p in check(tmp_path)}
+    expected = {"vehicles.b": 3, "vehicles.c.prior": 3, "runs.pattern": 4, "runs.regex": 4}
+    expected |= {"events.0.section": 7, "events.1": 8, "limits.0.parameter": 10}
+    assert lines == expected
+
+
+def test_the_check_reads_the_table_of_runs_and_warns_of_missing_files(tmp_path: Path) -> None:
+    _home(tmp_path, "index: runs.csv", "a: rig, b: rig")
+    (tmp_path / "runs.csv").write_text("file,vehicle,time\nr1.csv,a,1\nr2.csv,a,2\n")
+    warnings = check_fleet(tmp_path).warnings
+    texts = " | ".join(str(p) for p in warnings)
+    assert {p.severity for p in warnings} == {"warning"}
+    assert "no runs of b" in texts and "2 files are missing" in texts and "block_days: 1" in texts
+    (tmp_path / "runs.csv").write_text("file,vehicle,time\nr1.csv,z,noon\n")
+    result = run_cli("check", str(tmp_path / "fleet.yaml"))
+    assert result.exit_code == 2
+    assert "runs.csv:2:1: vehicle: no vehicle 'z'" in result.stdout
+
+
+def test_the_schema_of_a_fleet_has_its_keys() -> None:
+    document = schema("fleet")
+    assert document["$id"] == "railui.fleet/1"
+    assert {"types", "vehicles", "runs", "triggers", "events", "limits", "settings"} <= set(document["properties"])
+    assert json.loads(run_cli("schema", "fleet").stdout) == document
+
+
+def test_a_fleet_is_recognised_without_its_schema_line(tmp_path: Path) -> None:
+    _home(tmp_path, "glob: '*.csv'")
+    text = (tmp_path / "fleet.yaml").read_text()
+    (tmp_path / "fleet.yaml").write_text(text.partition("\n")[2])
+    assert (recognise(tmp_path / "fleet.yaml"), recognise(tmp_path)) == ("fleet", "fleet")
