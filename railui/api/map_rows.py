@@ -13,7 +13,6 @@ from railui.arrays import FloatArray
 from railui.vehicle.design import Design
 
 if TYPE_CHECKING:
-    from railui.optimisation.evaluation import Evaluator
     from railui.optimisation.response_map import Axis
     from railui.track.excitation import TrackSource
 
@@ -34,7 +33,8 @@ def map_rows(
     of: Sequence[str],
     source: TrackSource | None,
     speed: float | None,
-    evaluator: Evaluator | None = None,
+    *,
+    jobs: int | None = None,
 ) -> Iterator[dict[str, FloatArray]]:
     """Compute a map one value of y after the other, so that it can be shown and stopped meanwhile.
 
@@ -51,8 +51,8 @@ def map_rows(
         Track of the rides.
     speed : float or None
         Speed [m/s] of the rides, if it is not on an axis.
-    evaluator : Evaluator, optional
-        In this process by default.
+    jobs : int, optional
+        Threads; by default all.
 
     Yields
     ------
@@ -67,8 +67,7 @@ def map_rows(
     from railui.optimisation.evaluation import evaluate_in_process
     from railui.optimisation.response_map import Axis
 
-    vehicle = as_design(design)
-    evaluator = evaluator or evaluate_in_process()
+    vehicle, evaluator = as_design(design), evaluate_in_process(jobs)
     for value in y.values.tolist():
         one = Axis(y.name, y.paths, y.unit, np.array([value]))
         at = speed if y.paths else value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from textual import on
@@ -35,7 +35,9 @@ from railui.desk.services.motion_jobs import MotionComputed, VehicleMotion, comp
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.plot_data import PlotData
-from railui.running_stability.mode_tracking import TrackedMode
+
+if TYPE_CHECKING:
+    from railui.running_stability.mode_tracking import TrackedMode
 
 FRAME_INTERVAL: Final = 0.125  # s between two pictures
 COMPUTING: Final = PlotData(Axis(""), Axis(""), placeholder="computing")

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from railui.arrays import FloatArray
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import LimitLine, Line, PlotData, series_role
-from railui.running_stability.mode_tracking import TrackedMode
 from railui.vehicle.design_reader import Design
 from railui.vehicle.dofs import body_and_motion
 from railui.vehicle.model import Model
+
+if TYPE_CHECKING:
+    from railui.running_stability.mode_tracking import TrackedMode
 
 DRAWN_MOTION: Final = 0.3  # m in the picture, of the largest lateral motion
 HALF_GAUGE: Final = 0.75  # m, where the design has none

@@ -14,7 +14,6 @@ from railui.desk.presenters.design_results import DesignResults, load_track
 from railui.desk.presenters.map_text import QUANTITIES, DesignMap
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.services.stability_jobs import background_threads
-from railui.optimisation.evaluation import evaluate_in_process
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,10 +27,10 @@ class MapRow:
 def compute_map(job: BackgroundJob, key: str, wanted: DesignMap, results: DesignResults) -> Message:
     """Compute all rows of a map."""
     conditions = results.conditions
-    evaluator = evaluate_in_process(background_threads())
+    jobs = background_threads()
     source = load_track(conditions.track)
     axes = wanted.x.axis, wanted.y.axis
-    for values in map_rows(results.design, *axes, list(QUANTITIES), source, conditions.speed, evaluator):
+    for values in map_rows(results.design, *axes, list(QUANTITIES), source, conditions.speed, jobs=jobs):
         job.checkpoint()
         job.owner.post_message(ProgressEvent(job.name, MapRow(key, values)))
     return JobDone(job.name, None)

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from textual.message import Message
 
+from railui import simulate
+from railui.api.modes import follow_modes
 from railui.arrays import FloatArray
 from railui.desk.presenters.design_results import MODE_SPEEDS, DesignResults, load_track
 from railui.desk.presenters.schematic import Part, ride_channel, ride_motion, vehicle_parts
-from railui.ride_quality.evaluation import simulate
-from railui.running_stability.mode_tracking import TrackedMode, track_modes
 from railui.vehicle.resolve import resolve_model
+
+if TYPE_CHECKING:
+    from railui.running_stability.mode_tracking import TrackedMode
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,5 +54,5 @@ def compute_motion(results: DesignResults) -> Message:
     middle = line.yw + radius * line.phiw  # of a wheelset that does not move on the rails
     track = np.interp(series["s"], line.s, middle)
     parts = vehicle_parts(results.design, model, dofs)
-    modes = track_modes(model, MODE_SPEEDS)
+    modes = follow_modes(model, MODE_SPEEDS)
     return MotionComputed(results, VehicleMotion(parts, modes, series["t"], series["s"], ride, track))
