@@ -31,7 +31,9 @@ separate (`python -m tests.planning.confounded`). The measurements that may be m
 wheel load 20 %), and any component on a bench. The proposed one and one by chance, its kind drawn first and then one of
 this kind, were simulated with the true vehicle by the independent generator. Campaigns whose rivals all predict one
 motion in every such measurement, such as a stop without clearance and a spring, were drawn again, and such rivals of
-the others left out: they are one law in other words. All this was fixed before the first of these cases was drawn.
+the others left out: they are one law in other words. All this was fixed before the first of these cases was drawn. A
+trial before, of 30 other cases with runs of the empty vehicle alone, had 24 and 29 of 30 decided by the proposed run of
+12 and 30 s, and 16 and 18 by one by chance: a long run on a rough section decides much, whichever it is.
 """
 
 
