@@ -28,15 +28,25 @@ def draft_map(recording: Recording) -> str:
             if name in QUANTITIES:
                 writer.line(f"{name}: {_sensor_text(recording, name)}")
         for name in recording.channels:
-            if name not in (*QUANTITIES, speed, recording.abscissa):
+            if name not in (*QUANTITIES, speed, recording.abscissa, recording.clock):
                 writer.comment(f"NAME: {_sensor_text(recording, name)}    # {_suggestion(recording, name)}")
+    if any(_is_acceleration(recording, name) for name in recording.channels):
+        writer.comment(
+            "gravity: raw if the accelerometer measures y'' - g phi (g phi is added), removed if it gives y''"
+        )
     return writer.text()
 
 
 def _sensor_text(recording: Recording, name: str) -> str:
     """Return the flow mapping of a sensor, with a placeholder for an unknown unit."""
     unit = "" if recording.units.get(name) else ", unit: ?"
-    return f"{{channel: {scalar_text(name)}{unit}}}"
+    gravity = ", gravity: raw" if _is_acceleration(recording, name) else ""
+    return f"{{channel: {scalar_text(name)}{unit}{gravity}}}"
+
+
+def _is_acceleration(recording: Recording, name: str) -> bool:
+    """Return True for a channel with a unit that only an acceleration has."""
+    return recording.units.get(name) is not None and _unit_fits(recording.units[name], "ayf")
 
 
 def _suggestion(recording: Recording, name: str) -> str:

@@ -101,6 +101,8 @@ def build_measured_run(recording: Recording, sensor_map: SensorMap) -> MeasuredR
     segments, counts = uniform_segments(recording, names, MIN_DURATION)
     clipped = find_clipped(recording, sensor_map)
     notes += [CLIPPED_COMMENT + text for text in clipped.values()]
+    if raw:
+        notes.append(f"gravity through roll is taken out of {', '.join(sorted(raw))} (gravity: raw in the map)")
     builder = _RunBuilder(recording, sensor_map, counts, notes, raw, clipped)
     for moving in _moving_segments(builder, segments):
         _add_segment(builder, moving)

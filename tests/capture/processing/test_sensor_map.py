@@ -79,3 +79,4 @@ def test_draft_contains_every_channel(tmp_path: Path) -> None:
     result = CliRunner().invoke(cli, ["import", str(tmp_path / "bench.h5"), "--draft", str(tmp_path / "map.yaml")])
     text = (tmp_path / "map.yaml").read_text()
     assert result.exit_code == 0 and all(name in text for name in SERIES) and "one of ay1, ay2, ayf" in text
+    assert "{channel: acc_y, gravity: raw}" in text and "{channel: way}" in text  # gravity is of accelerometers
