@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 
@@ -24,21 +24,13 @@ from railui.fleet.triggers import Part, comparable_part
 from railui.identification.structure.candidates import Candidate
 from railui.io.atomic import canonical_json, sha256, sha256_file
 from railui.io.problems import FileProblems
+from railui.parallel import Pool
 from railui.progress import SILENT, Progress
 from railui.runs.run import load_run
 
 FORMAT: Final = 1  # of the summaries
 SUMMARISED, WAITING = "summarised", "waiting"
 RUN_SETTINGS: Final = ("run_prior_share",)  # of which the summary of a run depends
-Work = Callable[[Any], Any]
-
-
-class Pool(Protocol):
-    """Executor of independent calls."""
-
-    def map(self, work: Work, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-        """Apply a function to items; yield the number of an item and its result as they arrive."""
-        ...
 
 
 @dataclass(frozen=True)
