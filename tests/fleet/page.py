@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tests.bench.page import write_after
+from tests.fleet.test_made_fleet import faulty_fleet
 from tests.fleet.trial import FaultRow, FleetRow
 from tests.trial_rows import read_rows
 
@@ -15,6 +17,13 @@ FOLDER = Path(__file__).parent
 PAGE = FOLDER.parents[1] / "docs/fleet.md"
 NAMES = {"yaw_damper": "yaw damper fades", "rubber": "primary rubber stiffens", "sensor": "sensor loses gain"}
 SPANS = (30.0, 60.0, 90.0, 120.0, 165.0)  # days after the onset; a fault has its full size after 120
+
+
+LIMIT = (
+    "A limit by simulation, from a fleet of 12 vehicles in which a rubber spring of v02 loses 30 % in 120 days from "
+    "2026-04-01 on (`criterion: linear_critical_speed, below: 60 m/s`): at the value the vehicle of its last run, "
+    "worn wheels included, becomes unstable at 60 m/s."
+)
 
 
 def size_text(row: FaultRow) -> str:
@@ -90,11 +99,42 @@ def fleet_table(rows: Sequence[FleetRow]) -> list[str]:
     ]
 
 
+def limit_table(document: Mapping[str, Any]) -> list[str]:
+    """Return the alarms of a fleet whose parameter has a limit."""
+    lines = [
+        "| raised | vehicle | parameter | change | onset (90 %) | limit | value at the limit | reached (90 %) |",
+        "| --- | --- | --- | ---: | --- | --- | ---: | --- |",
+    ]
+    for row in document["alarms"]:
+        limit, onset = row["limit"], row["onset"]
+        if limit is not None:
+            lines.append(
+                f"| {row['raised']} | {row['vehicle']} | {row['quantity']} | {100 * row['relative_change']:+.1f} % "
+                f"| {onset['day']} ({onset['low']} to {onset['high']}) | {limit['criterion']} {limit['limit']:g} "
+                f"| {limit['value'] / 1e6:.3f}e6 {row['unit']} "
+                f"| {limit['day']} ({limit['low']} to {limit['high'] or 'open'}) |"
+            )
+    return lines
+
+
 def text() -> str:
     """Return the tables."""
     faults = read_rows(FOLDER / "faults.csv", FaultRow)
     fleets = read_rows(FOLDER / "fleets.csv", FleetRow)
-    return "\n".join([*fault_table(faults), "", *span_table(faults), "", *fleet_table(fleets), ""])
+    return "\n".join(
+        [
+            *fault_table(faults),
+            "",
+            *span_table(faults),
+            "",
+            *fleet_table(fleets),
+            "",
+            LIMIT,
+            "",
+            *limit_table(faulty_fleet()[1]),
+            "",
+        ]
+    )
 
 
 if __name__ == "__main__":
