@@ -29,7 +29,8 @@ def command() -> None:
     railui fleet export fleet.yaml -o parquet   results as Parquet by vehicle and month
 
     A vehicle has the verdict none, learning, parameter, effect, sensor, or outside: a change that neither a parameter
-    nor an effect that is followed explains. The thresholds keep a stated rate of false alarms per vehicle and month.
+    nor an effect that is followed explains. The thresholds are computed for a stated rate of false alarms per vehicle
+    and month.
     """
 
 
