@@ -12,6 +12,7 @@ from tests.bench.page import write_after
 from tests.fleet.test_made_fleet import faulty_fleet
 from tests.fleet.trial import FaultRow, FleetRow
 from tests.trial_rows import read_rows
+from tests.truth.fleet import Fault
 
 FOLDER = Path(__file__).parent
 PAGE = FOLDER.parents[1] / "docs/fleet.md"
@@ -26,7 +27,7 @@ LIMIT = (
 )
 
 
-def size_text(row: FaultRow) -> str:
+def size_text(row: FaultRow | Fault) -> str:
     """Return the size of a fault."""
     return f"{1e3 * row.size:g} mm" if row.kind == "clearance" else f"{100 * row.size:g} %"
 

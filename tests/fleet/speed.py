@@ -1,4 +1,4 @@
-"""Processor time of the quick path on runs of several lengths, and of a full loop on four runs of 30 s.
+"""Processor time of the quick path on runs of several lengths, and of a full loop on eight runs of 15 s.
 
 python -m tests.fleet.speed --write docs/fleet.md
 """
@@ -73,17 +73,17 @@ def quick_path_seconds(fleet: Fleet) -> dict[str, float]:
 
 
 def loop_seconds(fleet: Fleet, folder: Path) -> dict[str, float]:
-    """Return the processor time [s] of full loops on 4 runs of 30 s: reading, loop and report, on one thread."""
+    """Return the processor time [s] of full loops on 8 runs of 15 s: reading, loop and report, on one thread."""
     spent = {}
     for name, faults in FAULTS.items():
-        order = FleetOrder(1, 4, 1, 7, seconds=30.0, faults=faults, track_faults=False)
+        order = FleetOrder(1, 8, 1, 7, seconds=15.0, faults=faults, track_faults=False)
         files = []
         for run in fleet_runs(order):
             files.append(str(folder / f"{name}_{run.day}.csv.gz".replace(" ", "_")))
             write_run(Path(files[-1]), run.columns, UNITS)
         started = time.process_time()
         run_loop(fleet.types["bogie"].campaign, "v01", files, folder / name, 0, 1, SILENT)
-        spent[f"full loop, 4 runs of 30 s, {name}"] = time.process_time() - started
+        spent[f"full loop, 8 runs of 15 s, {name}"] = time.process_time() - started
     return spent
 
 
