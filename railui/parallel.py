@@ -1,10 +1,10 @@
-"""Ordered map over threads; the kernel releases the global interpreter lock."""
+"""Maps over threads; the kernel releases the global interpreter lock."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from typing import Any, Protocol, TypeVar
 
 from railui.core import resolve_thread_count
 
@@ -38,6 +38,37 @@ def map_threads(work: Callable[[T], R], items: Sequence[T], jobs: int | None = N
     pool = ThreadPoolExecutor(threads)
     try:
         yield from pool.map(work, items)
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+class Pool(Protocol):
+    """Executor of independent calls: threads of this machine, or processes elsewhere."""
+
+    def map(self, work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        """Apply a function to items; yield the number of an item and its result as they arrive."""
+        ...
+
+
+def map_as_completed(work: Callable[[T], R], items: Sequence[T], jobs: int | None = None) -> Iterator[tuple[int, R]]:
+    """Apply a function to items on several threads; yield the number of an item and its result as they arrive.
+
+    Closing the iterator cancels the calls that have not started.
+
+    Examples
+    --------
+    >>> sorted(map_as_completed(lambda x: x * x, [3, 1, 2], jobs=2))
+    [(0, 9), (1, 1), (2, 4)]
+    """
+    threads = min(resolve_thread_count(jobs), len(items))
+    if threads <= 1:
+        yield from enumerate(map(work, items))
+        return
+    pool = ThreadPoolExecutor(threads)
+    try:
+        numbers = {pool.submit(work, item): i for i, item in enumerate(items)}
+        for future in as_completed(list(numbers)):
+            yield numbers.pop(future), future.result()
     finally:
         pool.shutdown(cancel_futures=True)
 

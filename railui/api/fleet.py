@@ -11,7 +11,8 @@ from railui.api.document import json_document
 from railui.progress import SILENT, Progress
 
 if TYPE_CHECKING:
-    from railui.fleet.engine import Pool, Update
+    from railui.fleet.engine import Update
+    from railui.parallel import Pool
 
 DOCUMENT: Final = "fleet.json"
 PAGE: Final = "fleet.html"
@@ -85,7 +86,9 @@ def update_fleet(
         progress.message("testing the vehicles")
         states = assess_fleet(loaded, store)
         reports = run_loops(loaded, states, directory, loops, seed or 0, jobs, progress)
-        body = {"runs": _counts(update), **fleet_document(loaded, states, reports)}
+        found = fleet_document(loaded, states, reports)
+        store.replace_alarms(found["alarms"])
+        body = {"runs": _counts(update), **found}
         document = json_document("fleet", body, [loaded.source], seed)
         write_text(directory / DOCUMENT, json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
         write_fleet_page(loaded, document, states, directory / PAGE)

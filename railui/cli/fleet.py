@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
+MAX_REASONS = 5  # why runs are left out, that are printed
+
+
 @click.group("fleet", context_settings={"help_option_names": ["-h", "--help"]})
 def command() -> None:
     """Follow a fleet: new runs are tracked from the calibrated model of their vehicle, changes raise alarms.
@@ -26,7 +29,8 @@ def command() -> None:
     railui fleet export fleet.yaml -o parquet   results as Parquet by vehicle and month
 
     A vehicle has the verdict none, learning, parameter, effect, sensor, or outside: a change that neither a parameter
-    nor an effect that is followed explains. The thresholds keep a stated rate of false alarms per vehicle and month.
+    nor an effect that is followed explains. The thresholds are computed for a stated rate of false alarms per vehicle
+    and month.
     """
 
 
@@ -112,9 +116,12 @@ def export(fleet_file: str, out: str, results: str | None, call: Invocation) -> 
 def _show(call: Invocation, document: Mapping[str, Any]) -> None:
     """Print the counts, the alarms and the sections."""
     runs, vehicles = document["runs"], document["vehicles"]
-    left_out = "".join(f", {count} left out ({reason})" for reason, count in runs["left_out"].items())
     waiting = f", {runs['waiting']} wait for a reference" if runs["waiting"] else ""
-    call.show(f"{document['fleet']}: {len(vehicles)} vehicles, {runs['all']} runs{waiting}{left_out}")
+    call.show(f"{document['fleet']}: {len(vehicles)} vehicles, {runs['all']} runs{waiting}")
+    for reason, count in list(runs["left_out"].items())[:MAX_REASONS]:
+        call.show(f"left out: {count}, {reason}")
+    if len(runs["left_out"]) > MAX_REASONS:
+        call.show(f"left out for {len(runs['left_out']) - MAX_REASONS} other reasons: see fleet.json")
     verdicts = [row["verdict"] for row in vehicles]
     counted = ", ".join(f"{name} {verdicts.count(name)}" for name in sorted(set(verdicts)))
     call.show(

@@ -12,13 +12,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from railui.io.sqlite import open_database
 from railui.optimisation.responses import Responses
 
 DATABASE: Final = "results.sqlite"
 # the rollback journal is that of a new file, until its write-ahead log is on
 DATABASE_FILES: Final = (DATABASE, *(f"{DATABASE}-{x}" for x in ("wal", "shm", "journal")))
 MAX_HASHES_PER_QUERY: Final = 20_000
-BUSY_TIMEOUT: Final = 10.0  # s, for another process that locks the file
 NETWORK_FILE_SYSTEMS: Final = (
     "nfs",
     "nfs4",
@@ -61,15 +61,9 @@ class ResultCache:
         self.path = Path(directory) / DATABASE
         self.damaged_rows = 0
         with self._sqlite_as_os_error():
-            if readonly:
-                uri = f"{self.path.resolve().as_uri()}?mode=ro"
-                self._database = sqlite3.connect(uri, uri=True, timeout=BUSY_TIMEOUT)
-                return
-            self._database = sqlite3.connect(self.path, timeout=BUSY_TIMEOUT)
-            self._database.execute("PRAGMA journal_mode=WAL")
-            self._database.execute("PRAGMA synchronous=NORMAL")
-            self._database.executescript(TABLE_DEFINITIONS)
-            self._add_checksums()
+            self._database = open_database(self.path, TABLE_DEFINITIONS, readonly=readonly)
+            if not readonly:
+                self._add_checksums()
 
     def _add_checksums(self) -> None:
         """Add the column of checksums to the tables of an older version; its results are computed again."""

@@ -71,8 +71,10 @@ def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray) -> Course | None:
 
     Notes
     -----
-    For every onset the rate follows by weighted least squares; the onsets are weighted by their likelihood (profile
-    likelihood), and the standard deviation of the rate adds what the onset leaves open.
+    For every onset the rate follows by weighted least squares, r = sum w x y / sum w x^2; the onsets are weighted by
+    their profile likelihood, exp(-S / 2 s^2), and those with S - S_min <= 1.645^2 s^2 make its 90 % interval
+    (Y. Pawitan, In All Likelihood, Oxford 2001, ch. 3). The standard deviation of the rate adds what the onset
+    leaves open.
     """
     known = np.isfinite(y) & np.isfinite(sd) & (sd > 0.0)
     t, y, sd = t[known], y[known], sd[known]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 
@@ -24,21 +24,13 @@ from railui.fleet.triggers import Part, comparable_part
 from railui.identification.structure.candidates import Candidate
 from railui.io.atomic import canonical_json, sha256, sha256_file
 from railui.io.problems import FileProblems
+from railui.parallel import Pool
 from railui.progress import SILENT, Progress
 from railui.runs.run import load_run
 
 FORMAT: Final = 1  # of the summaries
 SUMMARISED, WAITING = "summarised", "waiting"
 RUN_SETTINGS: Final = ("run_prior_share",)  # of which the summary of a run depends
-Work = Callable[[Any], Any]
-
-
-class Pool(Protocol):
-    """Executor of independent calls."""
-
-    def map(self, work: Work, items: Sequence[Any]) -> Iterator[tuple[int, Any]]:
-        """Apply a function to items; yield the number of an item and its result as they arrive."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -113,7 +105,7 @@ def update_fleet(fleet: Fleet, store: FleetStore, pool: Pool, progress: Progress
     for run in runs:
         by_vehicle[run.vehicle].append(run)
     watches = {name: _watch(fleet, store, t, runs) for name, t in fleet.types.items()}
-    references = _references(fleet, store, pool, by_vehicle, progress)
+    references, failures = _references(fleet, store, pool, by_vehicle, progress)
     keys = {}
     for run in runs:
         watch = watches[fleet.vehicles[run.vehicle].type.name]
@@ -122,7 +114,7 @@ def update_fleet(fleet: Fleet, store: FleetStore, pool: Pool, progress: Progress
     present = store.keys("summary") | store.keys("left out")
     missing = [run for run in runs if run.file in keys and keys[run.file] not in present]
     _compute(fleet, store, pool, missing, keys, references, watches, progress)
-    return _record_runs(fleet, store, runs, keys, len(missing))
+    return _record_runs(fleet, store, runs, keys, failures, len(missing))
 
 
 def _compute(
@@ -151,8 +143,14 @@ def _compute(
 
 
 def _record_runs(
-    fleet: Fleet, store: FleetStore, runs: Sequence[FleetRun], keys: dict[str, str], computed: int
+    fleet: Fleet,
+    store: FleetStore,
+    runs: Sequence[FleetRun],
+    keys: dict[str, str],
+    failures: dict[str, str],
+    computed: int,
 ) -> Update:
+    """Write the table of runs and count them; failures: reason by vehicle without a reference."""
     left_out: dict[str, str] = {}
     waiting: dict[str, int] = {}
     rows = []
@@ -163,6 +161,8 @@ def _record_runs(
         if key and state == WAITING:
             arrays = store.read(key)
             state = f"left out: {arrays['reason']}" if arrays is not None else WAITING
+        if not key and run.vehicle in failures:
+            state = f"left out: {failures[run.vehicle]}"
         if state == WAITING:
             waiting[run.vehicle] = waiting.get(run.vehicle, 0) + 1
         elif state != SUMMARISED:
@@ -228,8 +228,9 @@ def reference_key(fleet: Fleet, vehicle: Vehicle) -> str:
 
 def _references(
     fleet: Fleet, store: FleetStore, pool: Pool, by_vehicle: dict[str, list[FleetRun]], progress: Progress
-) -> dict[str, Reference]:
-    references, missing = {}, []
+) -> tuple[dict[str, Reference], dict[str, str]]:
+    """Return the references by vehicle, and the reasons why vehicles have none."""
+    references, failures, missing = {}, {}, []
     for name, vehicle in fleet.vehicles.items():
         stored = store.read(reference_key(fleet, vehicle))
         if stored is not None:
@@ -244,29 +245,32 @@ def _references(
         if arrays is None:
             continue
         if "reason" in arrays:
-            progress.message(f"{name}: no reference, {arrays['reason']}")
+            failures[name] = f"no reference of {name}: {arrays['reason']}"
+            progress.message(failures[name])
             continue
         store.write(reference_key(fleet, fleet.vehicles[name]), "reference", name, arrays)
         references[name] = Reference.of_arrays(arrays)
         progress.message(f"{name}: calibrated on its first {fleet.settings.reference_runs} runs")
-    return references
+    return references, failures
 
 
 def reference_of_files(task: tuple[Vehicle, Sequence[FleetRun], TriggersModel, int]) -> dict[str, Any] | None:
-    """Calibrate a vehicle on its first comparable runs; None while there are too few."""
+    """Calibrate a vehicle on its first comparable runs; a `reason` why not, None while there are too few runs."""
     vehicle, runs, triggers, count = task
-    parts = []
+    parts, reason = [], "no part fulfils the triggers"
     for run in runs:
         try:
             part = read_part(run.file, vehicle.type, triggers, run.section)
-        except FileProblems:
+        except FileProblems as error:
+            reason = str(error.problems[0])
             continue
         if part is not None:
             parts.append(part.segment)
         if len(parts) == count:
             break
     if len(parts) < count:
-        return None
+        few = f"{len(parts)} of {len(runs)} runs can be used, {count} are needed; {reason}"
+        return None if len(runs) < count else {"reason": few}
     try:
         return make_reference(vehicle, parts).arrays()
     except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:

@@ -1,4 +1,9 @@
-"""Level and trend of every vehicle and quantity, updated block after block (Kalman filter of two states)."""
+"""Level and trend of every vehicle and quantity, updated block after block.
+
+With the state x = (a, b), h = (1, m) and a value y of variance r, the gain is K = P h / (h'P h + r), the next state
+x + K (y - h'x), and its covariance P - K h'P: R. E. Kalman, J. Basic Eng. 82 (1960) 35.
+The state itself does not change.
+"""
 
 from __future__ import annotations
 

@@ -138,7 +138,9 @@ class TriggersModel(Group):
         dict[str, tuple[float, float]],
         ValueReader(_read_sections, {"type": "object", "additionalProperties": {"type": "array"}}),
     ] = Field(default_factory=dict, title="first and last distance of track sections")
-    min_duration: Seconds = Field(default=8.0, title="shortest part of a run that is used")
+    min_duration: Seconds | None = Field(
+        default=None, title="shortest part of a run that is used; 8 s by default, on a rig any"
+    )
     max_duration: Seconds = Field(default=30.0, title="longest part of a run that is used")
 
 

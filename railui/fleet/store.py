@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -12,8 +13,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from railui.io.sqlite import open_database
+
 DATABASE: Final = "fleet.sqlite"
-BUSY_TIMEOUT: Final = 30.0  # s, for another process that locks the file
 CHECKSUM_BYTES: Final = 16
 TABLES: Final = """
 CREATE TABLE IF NOT EXISTS results (
@@ -25,7 +27,7 @@ CREATE TABLE IF NOT EXISTS runs (
   file TEXT PRIMARY KEY, vehicle TEXT NOT NULL, type TEXT NOT NULL, time REAL NOT NULL, mileage REAL, load REAL,
   temperature REAL, section TEXT NOT NULL, hash TEXT NOT NULL, state TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS alarms (
-  subject TEXT NOT NULL, quantity TEXT NOT NULL, raised REAL NOT NULL, document TEXT NOT NULL,
+  subject TEXT NOT NULL, quantity TEXT NOT NULL, raised TEXT NOT NULL, document TEXT NOT NULL,
   PRIMARY KEY (subject, quantity, raised)) WITHOUT ROWID;
 """
 Arrays = Mapping[str, Any]
@@ -40,14 +42,7 @@ class FleetStore:
     def __init__(self, directory: str | Path, *, readonly: bool = False) -> None:
         self.path = Path(directory) / DATABASE
         with self._as_os_error():
-            if readonly:
-                uri = f"{self.path.resolve().as_uri()}?mode=ro"
-                self.database = sqlite3.connect(uri, uri=True, timeout=BUSY_TIMEOUT)
-                return
-            self.database = sqlite3.connect(self.path, timeout=BUSY_TIMEOUT)
-            self.database.execute("PRAGMA journal_mode=WAL")
-            self.database.execute("PRAGMA synchronous=NORMAL")
-            self.database.executescript(TABLES)
+            self.database = open_database(self.path, TABLES, readonly=readonly)
 
     def close(self) -> None:
         """Close the file."""
@@ -97,6 +92,18 @@ class FleetStore:
         """Return the table of runs in the order of time, vehicle and file."""
         with self._as_os_error():
             return list(self.database.execute("SELECT * FROM runs ORDER BY time, vehicle, file"))
+
+    def replace_alarms(self, alarms: Iterable[Mapping[str, Any]]) -> None:
+        """Replace the table of alarms: vehicle, quantity, day, and the alarm as JSON."""
+        rows = [(a["vehicle"], a["quantity"], a["raised"], json.dumps(a, ensure_ascii=False)) for a in alarms]
+        with self._as_os_error(), self.database:
+            self.database.execute("DELETE FROM alarms")
+            self.database.executemany("INSERT OR REPLACE INTO alarms VALUES (?, ?, ?, ?)", rows)
+
+    def alarms(self) -> list[dict[str, Any]]:
+        """Return the alarms in the order of the days on which they were raised."""
+        with self._as_os_error():
+            return [json.loads(row[0]) for row in self.database.execute("SELECT document FROM alarms ORDER BY raised")]
 
     @contextmanager
     def _as_os_error(self) -> Iterator[None]:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from railui.campaign.segment import Segment
 from railui.fleet.schema import TriggersModel
+
+MIN_DURATION: Final = 8.0  # s, some periods of a bogie's hunting motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +40,18 @@ def comparable_part(segments: list[Segment], triggers: TriggersModel, section: s
         for name, mask in _conditions(segment, triggers, section):
             for start, stop in _intervals(mask):
                 stop = min(stop, start + round(triggers.max_duration / segment.dt))
-                if (stop - start) * segment.dt < triggers.min_duration - 0.5 * segment.dt:
+                if (stop - start) * segment.dt < _min_duration(segment, triggers) - 0.5 * segment.dt:
                     continue
                 if best is None or stop - start > best.segment.samples:
                     best = Part(_cut(segment, start, stop), name)
     return best
+
+
+def _min_duration(segment: Segment, triggers: TriggersModel) -> float:
+    """Shortest part [s] that is used."""
+    if triggers.min_duration is not None:
+        return triggers.min_duration
+    return 0.0 if segment.is_rig else MIN_DURATION
 
 
 def _conditions(segment: Segment, triggers: TriggersModel, section: str) -> list[tuple[str, NDArray[np.bool_]]]:

@@ -35,9 +35,9 @@ KINDS = (
 START = 20454  # 2026-01-01 as a day
 
 
-def order_of(seed: int, vehicles: int, days: int, every: int, repeats: int = 1) -> FleetOrder:
-    """Return the specification of the fleet of a trial."""
-    kinds = tuple((kind, sizes * repeats) for kind, sizes in KINDS)
+def order_of(seed: int, vehicles: int, days: int, every: int, repeats: int = 1, few: bool = False) -> FleetOrder:
+    """Return the specification of the fleet of a trial; few: one fault of each kind, of its third size."""
+    kinds = tuple((kind, sizes[2:3] if few else sizes * repeats) for kind, sizes in KINDS)
     return FleetOrder(vehicles, days, every, seed, faults=planted_faults(seed, vehicles, kinds))
 
 
@@ -144,8 +144,9 @@ def main(words: Sequence[str] | None = None) -> None:
     p.add_argument("--days", type=int, default=365)
     p.add_argument("--every", type=int, default=14)
     p.add_argument("--sound", action="store_true", help="without faults")
+    p.add_argument("--few", action="store_true", help="one fault of each kind, of its third size")
     given = p.parse_args(words)
-    order = order_of(given.seed, given.vehicles, given.days, given.every, 0 if given.sound else 1)
+    order = order_of(given.seed, given.vehicles, given.days, given.every, 0 if given.sound else 1, given.few)
     simulate_fleet(given.out, order)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from railui.fleet.store import FleetStore
 from tests.cli.runner import run
 from tests.docs.results import rows_of, superfluous_rows, undocumented_keys
 from tests.truth.rig_fleet import RigFleet
@@ -47,6 +48,15 @@ def test_the_page_has_every_alarm(results: Path, document: dict[str, Any]) -> No
     page = (results / "fleet.html").read_text()
     assert all(f"{row['vehicle']}, {row['raised']}: {row['quantity']}" in page for row in document["alarms"])
     assert "http" not in page.replace("http-equiv", "").replace("http://www.w3.org", "")
+
+
+def test_the_store_has_the_alarms_of_the_document(results: Path, document: dict[str, Any]) -> None:
+    store = FleetStore(results, readonly=True)
+    found = store.alarms()
+    store.close()
+    assert [(row["vehicle"], row["raised"]) for row in found] == [
+        (row["vehicle"], row["raised"]) for row in document["alarms"]
+    ]
 
 
 def test_the_page_of_results_lists_exactly_the_keys(document: dict[str, Any]) -> None:

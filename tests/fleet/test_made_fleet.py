@@ -34,12 +34,17 @@ def _order(seed: int, faults: tuple[Fault, ...]) -> FleetOrder:
     return replace(order_of(seed, 12, 210, 7, 0), faults=faults)
 
 
-@pytest.fixture(scope="module")
-def faulty() -> tuple[TypeState, dict[str, Any]]:
+def faulty_fleet() -> tuple[TypeState, dict[str, Any]]:
+    """Draw and assess the fleet with faults."""
     order = _order(21, FAULTS)
     fleet = fleet_of(order, LIMITS)
     state = assess_type(fleet, fleet.types["bogie"], draw_fleet(fleet, order, stored_templates(), Errors()))
     return state, fleet_document(fleet, [state])
+
+
+@pytest.fixture(scope="module")
+def faulty() -> tuple[TypeState, dict[str, Any]]:
+    return faulty_fleet()
 
 
 def test_weather_load_wear_and_drifting_sensors_are_not_blamed_on_vehicles() -> None:

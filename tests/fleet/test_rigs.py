@@ -12,12 +12,14 @@ import numpy as np
 import pytest
 
 from railui.campaign.settings.fleet import FleetSettings
+from railui.fleet.check import check_fleet
 from railui.fleet.engine import read_part, update_fleet
 from railui.fleet.fleet_file import load_fleet
 from railui.fleet.pools import DaskPool, ThreadPool
 from railui.fleet.quick_path import Watch, estimates_of_gram, summarise_run
 from railui.fleet.reference import Reference, watched_candidates
 from railui.fleet.run_list import list_runs
+from railui.fleet.status import assess_fleet
 from railui.fleet.store import FleetStore
 from railui.fleet.summary import RunSummary
 from railui.io.problems import FileProblems
@@ -154,6 +156,34 @@ def test_a_broken_run_is_left_out_with_its_reason(home: Path, tmp_path: Path) ->
     update = update_fleet(load_fleet(folder), opened, ThreadPool(1))
     opened.close()
     assert [Path(file).name for file in update.left_out] == ["rig2_06.csv.gz"]
+
+
+def test_one_machine_with_numbered_runs_is_followed_without_metadata(tmp_path: Path) -> None:
+    order = RigFleet(rigs=1, runs=26, seed=5, loss=0.3, onset=14)
+    write(order, tmp_path)
+    (tmp_path / "fleet.yaml").write_text(
+        "types: {rig: {vehicle: rig.yaml, watch: []}}\nvehicles: {machine: rig}\nruns: {glob: 'runs/*.csv.gz'}\n"
+        "settings: {block_days: 1, reference_runs: 3}\n"
+    )
+    assert check_fleet(tmp_path).warnings == ()
+    opened = FleetStore(tmp_path)
+    update_fleet(load_fleet(tmp_path), opened, ThreadPool(1))
+    (state,) = assess_fleet(load_fleet(tmp_path), opened)
+    opened.close()
+    first = state.alarms[0]
+    assert (first.vehicle, first.name) == ("machine", "vehicle.rig.stiffness")
+    assert order.onset < first.raised < order.onset + 13
+
+
+def test_runs_that_are_too_short_are_left_out_with_the_reason(home: Path, tmp_path: Path) -> None:
+    shutil.copy(home / "rig.yaml", tmp_path)
+    text = (home / "fleet.yaml").read_text().replace("min_duration: 3 s", "min_duration: 9 s")
+    (tmp_path / "fleet.yaml").write_text(text.replace("runs.csv", str(home / "runs.csv")))
+    opened = FleetStore(tmp_path)
+    update = update_fleet(load_fleet(tmp_path), opened, ThreadPool(1))
+    opened.close()
+    few = "0 of 6 runs can be used, 3 are needed; no part fulfils the triggers"
+    assert set(update.left_out.values()) == {f"no reference of rig{i}: {few}" for i in (1, 2)}
 
 
 def test_a_sensor_that_reads_ten_per_cent_more_is_half_of_the_followed_gain(home: Path, store: FleetStore) -> None:

@@ -61,13 +61,18 @@ class FaultRow:
 
 @dataclass(frozen=True)
 class FleetRow:
-    """False alarms of a fleet on sound vehicles, by the tests and by the plain threshold, and alarms of sections."""
+    """False alarms of a fleet on sound vehicles, by the tests and by the plain threshold, and alarms of sections.
+
+    late: from the day on which the first section changes.
+    """
 
     seed: int
     vehicle_months: float
     false_alarms: int
     threshold_false_alarms: int
     equal_false_alarms: int
+    late_months: float
+    late_false_alarms: int
     section_months: float
     section_false_alarms: int
     sections_found: int
@@ -147,12 +152,15 @@ def _fleet_row(
     block_months = float(days[1] - days[0]) / DAYS_PER_MONTH
     sections = [(data.sections[x.subject], float(monitor.start[x.block + 1])) for x in monitor.section_alarms]
     changed = {name: START + day for name, day in DETERIORATING.items()}
+    first = min(changed.values())
     return FleetRow(
         seed,
         float(np.sum(tested & sound)) * block_months,
         sum(is_false(order, a.crossing.subject, a.raised) for a in state.alarms),
         sum(is_false(order, v, day) for v, day in plain),
         sum(is_false(order, v, day) for v, day in equal),
+        float(np.sum(tested & sound & (days > first)[:, None])) * block_months,
+        sum(is_false(order, a.crossing.subject, a.raised) and a.raised > first for a in state.alarms),
         len(data.sections) * float(tested.any(axis=1).sum()) * block_months,
         sum(day < changed.get(name, np.inf) for name, day in sections),
         len({name for name, day in sections if day >= changed.get(name, np.inf)}),

@@ -55,7 +55,7 @@ def run_loops(
             count -= 1
             progress.message(f"{vehicle}: loop over its {len(files)} latest runs since the change began")
             try:
-                _run_loop(state.type.campaign, vehicle, files, directory / place, seed, jobs, progress)
+                run_loop(state.type.campaign, vehicle, files, directory / place, seed, jobs, progress)
             except (FileProblems, ValueError, ArithmeticError) as error:
                 progress.message(f"{vehicle}: no loop, {error}")
                 continue
@@ -63,7 +63,7 @@ def run_loops(
     return reports
 
 
-def _run_loop(
+def run_loop(
     campaign: Campaign, vehicle: str, files: Sequence[str], place: Path, seed: int, jobs: int | None, progress: Progress
 ) -> None:
     """Write the campaign of some runs of a vehicle, run its loop and write the report."""
