@@ -182,6 +182,6 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as scratch:
         os.environ["XDG_STATE_HOME"] = scratch
         os.chdir(scratch)
-        for part in (design_and_optimise, campaign, plain, capture):
+        for part in (design_and_optimise, campaign, capture, plain):
             if not wanted or part.__name__ in wanted:
                 asyncio.run(part())

@@ -17,9 +17,8 @@ from railui.desk.widgets.plot_data import Band, LimitLine, PlotData
 MAX_LABEL_COLUMNS = 8  # of the labels of the vertical axis
 MAX_AXIS_NAME_FRACTION = 0.35  # of the width, for the name of the horizontal axis
 MIN_SIZE_WITH_AXES = (18, 6)  # columns, rows
-STRIP_ROWS = (2, 3)  # of the strip of differences, where there is little and much room
+STRIP_ROWS = 3  # of the strip of differences
 MIN_ROWS_WITH_STRIP = 8  # of the lines, from which there is room for the strip
-MUCH_ROOM = 12  # rows
 MIN_ROWS_OF_LEGEND = 9  # of a plot whose legend has a row of its own
 
 
@@ -47,9 +46,7 @@ class PlotDrawing:
         rows = height - top - bottom
         marks = [] if bare else [(v, t) for v, t in ticks(self.y, max(2, rows // 2)) if 0 <= self._at(self.y, v) <= 1]
         left = 0 if bare else min(MAX_LABEL_COLUMNS, max((len(t) for _, t in marks), default=0)) + 1
-        strip_rows = (
-            0 if bare or rows < MIN_ROWS_WITH_STRIP or not self._has_difference() else STRIP_ROWS[rows >= MUCH_ROOM] + 1
-        )
+        strip_rows = 0 if bare or rows < MIN_ROWS_WITH_STRIP or not self._has_difference() else STRIP_ROWS + 1
         frame = Frame(left, top, width - left, rows - strip_rows)
         if not bare:
             self._axes(canvas, frame, marks, frame.foot + strip_rows)
@@ -123,10 +120,10 @@ class PlotDrawing:
         largest = float(np.nanmax(np.abs(y))) or 1.0
         middle = frame.top + frame.height // 2
         for column in range(frame.left, frame.right):
-            canvas.put(column, middle, self._glyph("┈", "."), self.styles("grid"))
+            canvas.put(column, middle, self._glyph("┈", " "), self.styles("grid"))
         canvas.write(frame.left - 2, middle, "0", self.styles("label"))
         px = self.x.position(difference.x) * DOT_COLUMNS * frame.width
-        py = (middle - frame.top + 0.5) * DOT_ROWS - 0.48 * y / largest * DOT_ROWS * min(frame.height, 3)
+        py = (0.5 - 0.48 * y / largest) * DOT_ROWS * frame.height
         cells = rasterise_line(px, py, frame.width, frame.height)
         self._dots(canvas, frame, cells, self.styles("other"))
         canvas.write(frame.left, frame.top - 1, replace(difference, y=y).label[: frame.width], self.styles("label"))
