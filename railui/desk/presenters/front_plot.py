@@ -37,7 +37,8 @@ def free_letter(pins: Sequence[Pin]) -> str:
     >>> free_letter([Pin("A", {}, [])])
     'B'
     """
-    return next(letter for letter in (*ascii_uppercase, "?") if letter not in [pin.letter for pin in pins])
+    used = {pin.letter for pin in pins}
+    return next((letter for letter in ascii_uppercase if letter not in used), "?")
 
 
 def pin_marks(pins: Sequence[Pin], x: int, y: int) -> list[Mark]:
