@@ -19,6 +19,7 @@ from textual.screen import Screen
 from textual.widgets import ContentSwitcher, Footer, Static
 
 from railui.desk.commands import OTHER_SYSTEM_COMMANDS, help_rows, palette_commands
+from railui.desk.editing import show_problems
 from railui.desk.ending import Ending
 from railui.desk.exporting import export_all, export_focused
 from railui.desk.focus import FocusKeeper, TooSmall
@@ -37,7 +38,7 @@ from railui.desk.session import DeskSession
 from railui.desk.state.draft import Draft
 from railui.desk.state.form_rows import typed_speed_unit
 from railui.desk.state.run_conditions import RunConditions
-from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, ProblemsDialog
+from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog
 from railui.io.problems import FileProblems, file_problem
 
 MIN_COLUMNS = 60
@@ -121,12 +122,12 @@ class Desk(App[None]):
         super().notify(message, **(options | {"markup": False}))
 
     def _last_theme(self) -> str:
-        theme = str(self.state.get("theme", "textual-dark"))
+        theme = str(self.state.get("theme", ""))
         return theme if theme in self.available_themes else "textual-dark"
 
     def on_resize(self, event: Resize) -> None:
-        text = f"{event.size.width} x {event.size.height}: the desk needs at least {MIN_COLUMNS} x {MIN_ROWS}"
-        self.query_one("#too-small", Static).update(text)
+        needed = f"the desk needs at least {MIN_COLUMNS} x {MIN_ROWS}"
+        self.query_one("#too-small", Static).update(f"{event.size.width} x {event.size.height}: {needed}")
 
     @property
     def design_panel(self) -> DesignPanel:
@@ -146,11 +147,9 @@ class Desk(App[None]):
                 self.action_panel("optimise")
                 return
             draft = Draft.load(path, self.design_panel.conditions)
-        except FileProblems as error:
-            self.push_screen(ProblemsDialog(str(path), error), lambda answer: self.open(path) if answer else None)
-            return
-        except OSError as error:
-            self.push_screen(ProblemsDialog(str(path), file_problem(path, str(error), "")))
+        except (FileProblems, OSError) as error:
+            problems = error if isinstance(error, FileProblems) else file_problem(path, str(error), "")
+            show_problems(self, path, problems, lambda: self.open(path))
             return
         self.design_panel.open(draft)
         self.action_panel("design")

@@ -20,10 +20,13 @@ from railui.desk.heartbeat import tune_interpreter
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
+from railui.desk.panels.map_page import MapPage
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.shelf_page import ShelfPage, ShelfTable
 from railui.desk.panels.speed_page import SpeedPage
 from railui.desk.panels.stability_page import StabilityPage
+from railui.desk.panels.vehicle_page import VehiclePage
+from railui.desk.widgets.heat_map import HeatMap
 
 REPOSITORY = Path(__file__).parents[2]
 OUT = REPOSITORY / "docs/shots"
@@ -85,11 +88,33 @@ async def design_and_optimise() -> None:
         await wait_until(lambda: len(speed.bands) == 2 and all(band.is_complete for band in speed.bands.values()))
         await wait_until_idle(desk, pilot)
         take(desk, "speed")
+        panel.show_page("map")
+        maps = desk.query_one(MapPage)
+        await wait_until(lambda: maps.current is not None and maps.current.is_complete)
+        desk.query_one(HeatMap).focus()
+        await pilot.press("right", "up")
+        await pilot.pause(0.2)
+        take(desk, "map")
+        panel.show_page("vehicle")
+        vehicle = desk.query_one(VehiclePage)
+        await wait_until(lambda: vehicle.motion is not None)
+        vehicle.is_playing, vehicle.seconds = False, 0.5
+        vehicle.draw()
+        await pilot.pause(0.2)
+        take(desk, "vehicle")
         panel.show_page("overview")
         panel.pane.form.focus()
         await pilot.resize_terminal(80, 24)
         await wait_until_idle(desk, pilot)
         take(desk, "small")
+        await pilot.resize_terminal(160, 48)
+        await wait_until_idle(desk, pilot)
+        take(desk, "large")
+        await pilot.resize_terminal(100, 30)
+        desk.theme = "ansi-dark"
+        await wait_until_idle(desk, pilot)
+        take(desk, "sixteen-colours")
+        desk.theme = "textual-dark"
         await pilot.resize_terminal(132, 40)
         await pilot.press("ctrl+z", "ctrl+z", "f5")
         await wait_until_idle(desk, pilot)
@@ -123,6 +148,15 @@ async def campaign() -> None:
         take(desk, "campaign")
 
 
+async def plain() -> None:
+    desk = Desk(REPOSITORY / "designs/test_bogie.yaml", is_plain=True)
+    async with desk.run_test(size=(100, 30)) as pilot:
+        await wait_until_idle(desk, pilot)
+        desk.query_one(DesignPanel).set("vehicle.primary.lateral_stiffness", "7 MN/m")
+        await wait_until_idle(desk, pilot)
+        take(desk, "plain")
+
+
 async def capture() -> None:
     desk = Desk(REPOSITORY / "designs/test_bogie.yaml")
     async with desk.run_test(size=(132, 40)) as pilot:
@@ -135,6 +169,11 @@ async def capture() -> None:
         take(desk, "capture")
         await pilot.press("k")
         await wait_until(lambda: panel.job is None)
+        await pilot.press("p")
+        await wait_until(lambda: panel.playback is not None and panel.playback.position > 8)
+        await pilot.press("p")
+        await pilot.pause(0.2)
+        take(desk, "replay")
 
 
 if __name__ == "__main__":
@@ -143,6 +182,6 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as scratch:
         os.environ["XDG_STATE_HOME"] = scratch
         os.chdir(scratch)
-        for part in (design_and_optimise, campaign, capture):
+        for part in (design_and_optimise, campaign, capture, plain):
             if not wanted or part.__name__ in wanted:
                 asyncio.run(part())

@@ -55,11 +55,22 @@ def terminal(tmp_path: Path) -> Iterator[Terminal]:
 
 
 def test_a_design_is_edited_and_the_terminal_restored(terminal: Terminal, bogie: Path) -> None:
-    terminal.open(f"{sys.executable} -m railui desk {bogie}")
+    text = bogie.read_text()
+    line = next(i for i, one in enumerate(text.splitlines(), 1) if "mass: 2900" in one)
+    bogie.write_text(text.replace("mass: 2900", "mass: 2900 N"))
+    editor = bogie.with_name("editor")
+    editor.write_text(f"#!/bin/sh\necho $@ > {bogie.parent}/words\nsed -i 's/2900 N/2900/' $2\n")
+    editor.chmod(0o755)
+    terminal.open(f"EDITOR={editor} {sys.executable} -m railui desk {bogie}")
+    terminal.until("e edit")
+    terminal.keys("e")  # the editor takes the terminal, mends the file and gives the terminal back
     terminal.until("SATISFACTORY")
+    assert bogie.with_name("words").read_text() == f"+{line} {bogie}\n"
     terminal.keys("/")
     terminal.until("Find a parameter")
-    terminal.keys("p", "r", "i", "Enter")
+    terminal.keys("p", "r", "i")
+    terminal.until("   pri ")
+    terminal.keys("Enter")
     terminal.until("▸lateral stiffness")
     terminal.keys("5", "Space", "M", "N", "/", "m", "Enter")
     screen = terminal.until("━━ base")  # the design was evaluated again

@@ -241,7 +241,7 @@ recording under the cursor a role, estimation or validation; `C` builds the camp
         has_room = self.size.height >= ROWS_FOR_ALL
         is_recording = self.job is not None
         self.query_one("#timeline").display = self.playback is not None
-        self.query_one("#losses").display = has_room or is_recording
+        self.query_one("#losses").display = is_recording or (has_room and self.playback is None)
         self.query_one("#recordings").display = has_room or not is_recording
         self._show_strips()
 

@@ -154,10 +154,12 @@ def draw_in_turn(owner: Widget, jobs: Sequence[Callable[[], None]]) -> None:
         owner.call_after_refresh(draw_in_turn, owner, jobs[1:])
 
 
-def arrange_grid(grid: Grid, parts: Sequence[Widget], first: int, max_count: int = 6) -> list[Widget]:
+def arrange_grid(
+    grid: Grid, parts: Sequence[Widget], first: int, max_count: int = 6, min_rows: int = PLOT_ROWS
+) -> list[Widget]:
     """Show as many parts of a grid as fit, from the first one on; return the parts shown."""
     columns = max(1, min(3, grid.size.width // PLOT_COLUMNS))
-    rows = max(1, min(3, grid.size.height // PLOT_ROWS))
+    rows = max(1, min(3, grid.size.height // min_rows))
     count = min(len(parts), columns * rows, max_count)
     columns = min(columns, count)
     order = [parts[(first + k) % len(parts)] for k in range(len(parts))]

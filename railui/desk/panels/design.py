@@ -95,7 +95,7 @@ class DesignPanel(ShelvingPanel):
         if action == "remove":
             field = self.query_one(Form).field
             return field is not None and field.path.startswith("effects.")
-        if action in ("add", "file_base", "track", "undo", "redo", "copy", "keep"):
+        if action in ("add", "file_base", "track", "undo", "redo", "copy", "keep", "edit"):
             return self.draft is not None
         return super().check_action(action, parameters)
 

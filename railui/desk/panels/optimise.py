@@ -67,7 +67,8 @@ Backspace restores its first value, `ctrl+z` and `ctrl+y` undo and redo.
 `s` starts, `p` pauses, `k` stops the search; every evaluation is stored in the directory of the plan, so that `s` or
 `railui optimise` resumes it. `f` shows the front on half of the screen, with a table of all objectives, variables and
 constraints and their limits; ‹ and › mark values at a limit. Up and down select a design, left and right a column: `x`
-and `X` put it on an axis of the front, `o` orders by it, `<` and `>` filter by it. `m` puts the design on the shelf.
+and `X` put it on an axis of the front, `o` orders by it, `<` and `>` filter by it. `m` puts the design on the shelf,
+space pins it: a letter marks it on the front, also when better ones replace it.
 `r` shows all feasible designs or the front alone. The cross
 shows mean and standard deviation of the objectives on new seeds that the search did not use. `v` shows ride quality,
 spectra and convergence. `t` opens the design in the form, `f` returns to the plan.

@@ -16,6 +16,7 @@ from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.plot_data import PlotData
 
 NO_PLOT = PlotData(Axis(""), Axis(""), placeholder="no design: ctrl+o opens one")
+ROWS_WITH_STRIP = 13  # of a plot with a strip of differences
 
 
 class OverviewPage(ResultPage):
@@ -58,4 +59,4 @@ class OverviewPage(ResultPage):
     def arrange_parts(self) -> None:
         """Show as many plots as fit."""
         plots = [self.query_one(f"#view{i}") for i in range(len(VIEWS))]
-        arrange_grid(self.query_one("#plots", Grid), plots, self.view)
+        arrange_grid(self.query_one("#plots", Grid), plots, self.view, min_rows=ROWS_WITH_STRIP)

@@ -79,7 +79,7 @@ class ResultTabs(Static):
     @property
     def _cells(self) -> list[tuple[str, str]]:
         """Name and shown title of each page: with blanks around it, bare, or short, as there is room."""
-        room = self.content_size.width - len(" [ ] ") or 1000
+        room = self.content_size.width or 1000
         rows = []
         for pad, letters in ((" ", 100), ("", 100), ("", SHORT)):
             rows = [

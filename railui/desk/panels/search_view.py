@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
+from typing import Any, ClassVar
 
 from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
+from textual.binding import Binding
 from textual.containers import Grid, Vertical
 from textual.message import Message
 from textual.widgets import Static
@@ -17,7 +20,7 @@ from railui.desk.panels.search_layout import PARTS, apply_layout, search_layout
 from railui.desk.presenters.design_plots import comfort_spectrum, displacement_spectrum
 from railui.desk.presenters.design_results import Comparison, DesignResults, evaluate_design
 from railui.desk.presenters.front_columns import FrontColumn, front_columns, front_table
-from railui.desk.presenters.front_plot import front_plot
+from railui.desk.presenters.front_plot import Pin, free_letter, front_plot, pin_marks
 from railui.desk.presenters.parallel_plot import parallel_plot
 from railui.desk.presenters.ride_quality import comparison_text
 from railui.desk.presenters.search_history import SearchHistory
@@ -45,6 +48,10 @@ class SearchView(Vertical):
     front; shows_all: its axes cover all designs.
     """
 
+    BINDINGS: ClassVar[list[Any]] = [
+        Binding("space", "pin", "Pin", show=False, tooltip="mark the selected design on the front, or no longer"),
+    ]
+
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
         self.plan: Plan | None = None
@@ -60,6 +67,7 @@ class SearchView(Vertical):
         self.columns: list[FrontColumn] = []
         self.selected: dict[str, float] | None = None  # variables of the design that was selected last
         self.results: Comparison | None = None  # its results and those of the nominal design
+        self.pins: list[Pin] = []
         self.result_runner = LatestJobRunner(self, "results")
 
     def compose(self) -> ComposeResult:
@@ -82,6 +90,7 @@ class SearchView(Vertical):
         """Show another search."""
         self.history = history
         self.nominal, self.results, self.selected = None, None, None
+        self.pins = []
         self.query_one("#search-quality", Static).update("", layout=False)
         for name in ("search-displacement", "search-comfort"):
             self.query_one(f"#{name}", Plot).show(NO_DESIGN)
@@ -174,7 +183,8 @@ class SearchView(Vertical):
             self.query_one("#parallel", Plot).show(NO_PLOT)
             return
         self.query_one("#parallel", Plot).show(parallel_plot(self.columns, self.designs.order, self.designs.index))
-        plot.show(front_plot(history, self.columns, *self.axes, self.designs.index, self.shows_all))
+        data = front_plot(history, self.columns, *self.axes, self.designs.index, self.shows_all)
+        plot.show(replace(data, marks=[*data.marks, *pin_marks(self.pins, *self.axes)]))
         evaluations = history.generations[-1].evaluations if history.generations else 0
         count = f"{self.designs.row_count} of {evaluations} designs"
         set_titles(plot, sub=" · ".join(text for text in (count, self._job_text()) if text))
@@ -187,6 +197,19 @@ class SearchView(Vertical):
             pair = (column, other) if number == 0 else (other, column)
             self.axes = (self.axes[1], self.axes[0]) if column == other else pair
             self._plot_front()
+
+    def action_pin(self) -> None:
+        """Pin the selected design, so that its place on the front stays marked, or take its pin off."""
+        values = self.history.design_values(self.designs.index) if self.history else None
+        if values is None:
+            return
+        known = next((pin for pin in self.pins if pin.variables == values), None)
+        if known is not None:
+            self.pins.remove(known)
+        else:
+            index = self.designs.index
+            self.pins.append(Pin(free_letter(self.pins), values, [float(c.values[index]) for c in self.columns]))
+        self._plot_front()
 
     def toggle_range(self) -> None:
         """Scale the axes of the front to all feasible designs, or to the front again."""

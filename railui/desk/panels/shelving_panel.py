@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from textual import on
+from typing import Any, ClassVar
 
+from textual import on
+from textual.binding import Binding
+
+from railui.desk.editing import edit_file, show_problems
 from railui.desk.panels.paged_panel import PagedPanel
 from railui.desk.panels.shelf_page import ShelfPage
 from railui.desk.state.draft import Draft
 from railui.desk.state.shelf import ShelfFullError
+from railui.desk.widgets.form import Form
+from railui.io.problems import FileProblems
 
 
 class ShelvingPanel(PagedPanel):
     """Panel whose design can be put on the shelf and taken from it."""
+
+    BINDINGS: ClassVar[list[Any]] = [
+        Binding("e", "edit", "Edit file", show=False, tooltip="open the file in $EDITOR, at the line of the value"),
+    ]
 
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
@@ -20,6 +30,27 @@ class ShelvingPanel(PagedPanel):
     def update_design(self) -> None:
         """Show the design in the form and evaluate it."""
         raise NotImplementedError
+
+    def action_edit(self) -> None:
+        """Open the file of the design in the user's editor, at the line of the field under the cursor."""
+        draft = self.draft
+        if draft is None or draft.path is None:
+            self.notify("this design has no file yet: ctrl+s saves it")
+            return
+        field = self.query_one(Form).field
+        if edit_file(self.app, draft.path, 0 if field is None else draft.line_numbers.get(field.path, 0)):
+            self._read_edited(draft)
+
+    def _read_edited(self, draft: Draft) -> None:
+        """Read the file after it was edited, if it has changed; undo returns to the design before."""
+        if not draft.is_changed_on_disk or draft.path is None:
+            return
+        try:
+            draft.read_again()
+        except FileProblems as error:
+            show_problems(self.app, draft.path, error, lambda: self._read_edited(draft))
+            return
+        self.update_design()
 
     def action_keep(self) -> None:
         """Put the design in the form on the shelf."""

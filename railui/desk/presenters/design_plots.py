@@ -9,7 +9,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.desk.presenters.design_results import CURVE_RADII, DesignResults
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.plot_data import LimitLine, Line, PlotData
+from railui.desk.widgets.plot_data import Difference, LimitLine, Line, PlotData
 
 View = Callable[[DesignResults, DesignResults], PlotData]
 MM_PER_M = 1e3
@@ -32,7 +32,8 @@ def _spectrum(current: DesignResults, base: DesignResults, key: str, factor: flo
     lines = [
         Line(results.f, factor * results.density[key], label, role) for results, label, role in _labelled(current, base)
     ]
-    return PlotData(Axis("f", "Hz", log=True, low=0.1, high=40.0), y, lines)
+    x = Axis("f", "Hz", log=True, low=0.1, high=40.0)
+    return PlotData(x, y, lines, difference=_difference(lines, is_ratio=True))
 
 
 def mode_damping(current: DesignResults, base: DesignResults) -> PlotData:
@@ -72,13 +73,14 @@ def displacement_series(current: DesignResults, base: DesignResults) -> PlotData
     largest = max(clearance, *(float(np.nanmax(np.abs(line.y), initial=0.0)) for line in lines))
     end = SERIES_MARGIN * largest
     limits = (LimitLine(clearance, "flange"), LimitLine(-clearance, "flange"))
-    return PlotData(Axis("s", "m"), Axis("e₁", "mm", low=-end, high=end), lines, limits)
+    y = Axis("e₁", "mm", low=-end, high=end)
+    return PlotData(Axis("s", "m"), y, lines, limits, difference=_difference(lines, "mm"))
 
 
 def frame_acceleration(current: DesignResults, base: DesignResults) -> PlotData:
     """Plot the lateral acceleration of the bogie frame along the track."""
     lines = [Line(results.s, results.series["ayf"], label, role) for results, label, role in _labelled(current, base)]
-    return PlotData(Axis("s", "m"), Axis("frame y''", "m/s²"), lines)
+    return PlotData(Axis("s", "m"), Axis("frame y''", "m/s²"), lines, difference=_difference(lines, "m/s²"))
 
 
 def curving(current: DesignResults, base: DesignResults) -> PlotData:
@@ -89,7 +91,21 @@ def curving(current: DesignResults, base: DesignResults) -> PlotData:
         if results.guiding_force is not None
     ]
     y = Axis("sum Y, leading", "kN")
-    return PlotData(Axis("R", "m", log=True), y, lines, placeholder="computing curving ...")
+    return PlotData(
+        Axis("R", "m", log=True), y, lines, placeholder="computing curving ...", difference=_difference(lines, "kN")
+    )
+
+
+def _difference(lines: list[Line], unit: str = "", is_ratio: bool = False) -> Difference | None:
+    """Return the difference of the current line from the base, of densities as a ratio in dB; None without a base."""
+    if len(lines) != 2 or not np.array_equal(lines[0].x, lines[1].x):
+        return None
+    base, current = (line.y for line in lines)
+    if not is_ratio:
+        return Difference(lines[0].x, current - base, unit)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = 10.0 * np.log10(current / base)
+    return Difference(lines[0].x, np.where(np.isfinite(ratio), ratio, np.nan), "dB")
 
 
 def _labelled(current: DesignResults, base: DesignResults) -> list[tuple[DesignResults, str, str]]:

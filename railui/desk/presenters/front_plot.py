@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from string import ascii_uppercase
 from typing import Final
 
 import numpy as np
@@ -17,6 +20,30 @@ MARGIN: Final = 0.08  # of the range of the front, around it
 SHOWN_PERCENTILE: Final = 90  # of the evaluated designs, where all are shown: a few distant ones would hide the rest
 SELECTED: Final = "series3"  # role of the selected design
 LOG_RATIO: Final = 8.0  # of the ends of the shown range, from which the axis of a variable is logarithmic
+
+
+@dataclass(frozen=True)
+class Pin:
+    """Design that stays marked on the front; values: its quantities in the order of the table."""
+
+    letter: str
+    variables: dict[str, float]
+    values: list[float]
+
+
+def free_letter(pins: Sequence[Pin]) -> str:
+    """Return the first letter that no pin has.
+
+    >>> free_letter([Pin("A", {}, [])])
+    'B'
+    """
+    used = {pin.letter for pin in pins}
+    return next((letter for letter in ascii_uppercase if letter not in used), "?")
+
+
+def pin_marks(pins: Sequence[Pin], x: int, y: int) -> list[Mark]:
+    """Return the marks of pinned designs over two quantities."""
+    return [Mark(p.values[x], p.values[y], p.letter, "", "limit") for p in pins if max(x, y) < len(p.values)]
 
 
 def front_plot(

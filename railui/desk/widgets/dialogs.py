@@ -49,15 +49,18 @@ class Dialog(ModalScreen[str | None]):
 
     def on_key(self, event: Key) -> None:
         """Keep characters that are typed before the input of the dialog has the focus."""
-        if event.is_printable and self.focused is None:
-            self.typed_ahead += event.character or ""
+        if self.focused is None and (event.is_printable or event.key == "enter"):
+            self.typed_ahead += "\n" if event.key == "enter" else event.character or ""
 
     def insert_typed_ahead(self) -> None:
         """Focus the input and insert what was typed before."""
         entry = self.query_one(Input)
         self.set_focus(entry)
-        if self.typed_ahead:
-            entry.insert_text_at_cursor(self.typed_ahead)
+        text, enter, _ = self.typed_ahead.partition("\n")
+        if text:
+            entry.insert_text_at_cursor(text)
+        if enter:
+            self.call_after_refresh(entry.action_submit)
 
     def dismiss(self, result: str | None = None) -> AwaitComplete:
         """Close the dialog with an answer; later answers are ignored."""
@@ -199,11 +202,12 @@ class ChoiceDialog(Dialog):
 
 
 class ProblemsDialog(Dialog):
-    """Problems of a file, each with the line of the file; r reads the file again."""
+    """Problems of a file, each with the line of the file; r reads the file again, e edits it at the first one."""
 
     BINDINGS: ClassVar[list[Any]] = [
         Binding("escape,q", "dismiss(None)", "Back"),
         Binding("r", "dismiss('again')", "Read again"),
+        Binding("e", "dismiss('edit')", "Edit"),
         Binding("c", "copy", "Copy"),
     ]
 
@@ -215,12 +219,21 @@ class ProblemsDialog(Dialog):
         with Vertical(classes="dialog tall wide") as box:
             count = len(self.problems.problems)
             box.border_title = Content(f"{Path(self.path).name}: {count} problem{'s' if count != 1 else ''}")
-            box.border_subtitle = "r read again · c copy · esc back"
+            edit = "e edit · " if self.has_line else ""
+            box.border_subtitle = f"{edit}r read again · c copy · esc back"
             with VerticalScroll():
                 yield Static(self.text())
 
     def on_mount(self) -> None:
         self.query_one(VerticalScroll).focus()
+
+    @property
+    def has_line(self) -> bool:
+        """True if a problem stands in a line of a file."""
+        return any(problem.line and Path(problem.file).is_file() for problem in self.problems.problems)
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        return self.has_line if parameters == ("edit",) else super().check_action(action, parameters)
 
     def text(self) -> Text:
         """Return the problems as text."""

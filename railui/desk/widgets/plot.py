@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -90,7 +91,8 @@ The mouse moves the cursor too; its wheel zooms.
             return canvas.strips()
         cursor = self.cursor if self.has_focus else None
         text = self.cursor_text() if cursor is not None else ""
-        PlotDrawing(self.data, *self.scales(), self._style, self.is_plain, cursor, text).draw(canvas)
+        styles = cache(self._style)  # of this drawing: looking one up takes as long as drawing a line
+        PlotDrawing(self.data, *self.scales(), styles, self.is_plain, cursor, text).draw(canvas)
         return canvas.strips()
 
     @property

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
 from railui.arrays import FloatArray
 from railui.desk.widgets.axis import Axis
 
@@ -62,6 +64,23 @@ class Mark:
 
 
 @dataclass(frozen=True, eq=False)
+class Difference:
+    """Difference of two lines, drawn in a strip of its own below the plot: x, y and the unit of y."""
+
+    x: FloatArray
+    y: FloatArray
+    unit: str = ""
+
+    @property
+    def label(self) -> str:
+        """Name with the ends of the range."""
+        finite = self.y[np.isfinite(self.y)]
+        if not len(finite):
+            return ""
+        return f"current - base: {finite.min():+.3g} to {finite.max():+.3g} {self.unit}".rstrip()
+
+
+@dataclass(frozen=True, eq=False)
 class PlotData:
     """Data of a plot; the placeholder is shown if there are neither lines nor bands."""
 
@@ -72,6 +91,7 @@ class PlotData:
     marks: Sequence[Mark] = ()
     placeholder: str = ""
     bands: Sequence[Band] = ()
+    difference: Difference | None = None
 
 
 def drawn_lines(data: PlotData) -> list[Line]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from rich.style import Style
 
+from railui.arrays import FloatArray
 from railui.desk.widgets.axis import Scale, ticks
 from railui.desk.widgets.braille import DOT_COLUMNS, DOT_ROWS, Cells, rasterise_band, rasterise_line, rasterise_points
 from railui.desk.widgets.canvas import Canvas, Frame
@@ -16,6 +17,8 @@ from railui.desk.widgets.plot_data import Band, LimitLine, PlotData
 MAX_LABEL_COLUMNS = 8  # of the labels of the vertical axis
 MAX_AXIS_NAME_FRACTION = 0.35  # of the width, for the name of the horizontal axis
 MIN_SIZE_WITH_AXES = (18, 6)  # columns, rows
+STRIP_ROWS = 3  # of the strip of differences
+MIN_ROWS_WITH_STRIP = 8  # of the lines, from which there is room for the strip
 MIN_ROWS_OF_LEGEND = 9  # of a plot whose legend has a row of its own
 
 
@@ -43,9 +46,12 @@ class PlotDrawing:
         rows = height - top - bottom
         marks = [] if bare else [(v, t) for v, t in ticks(self.y, max(2, rows // 2)) if 0 <= self._at(self.y, v) <= 1]
         left = 0 if bare else min(MAX_LABEL_COLUMNS, max((len(t) for _, t in marks), default=0)) + 1
-        frame = Frame(left, top, width - left, rows)
+        strip_rows = 0 if bare or rows < MIN_ROWS_WITH_STRIP or not self._has_difference() else STRIP_ROWS + 1
+        frame = Frame(left, top, width - left, rows - strip_rows)
         if not bare:
-            self._axes(canvas, frame, marks)
+            self._axes(canvas, frame, marks, frame.foot + strip_rows)
+        if strip_rows:
+            self._strip(canvas, Frame(left, frame.foot + 1, frame.width, strip_rows - 1))
         for band in self.data.bands:
             self._band(canvas, frame, band)
         self._limits(canvas, frame)
@@ -63,9 +69,9 @@ class PlotDrawing:
 
     # axes
 
-    def _axes(self, canvas: Canvas, frame: Frame, marks: list[tuple[float, str]]) -> None:
+    def _axes(self, canvas: Canvas, frame: Frame, marks: list[tuple[float, str]], foot: int) -> None:
         axis, label, grid = self.styles("axis"), self.styles("label"), self.styles("grid")
-        for row in range(frame.top, frame.foot):
+        for row in range(frame.top, foot):
             canvas.put(frame.left - 1, row, self._glyph("│", "|"), axis)
         for value, text in marks:
             row = frame.row(self._at(self.y, value))
@@ -74,18 +80,18 @@ class PlotDrawing:
             canvas.put(frame.left - 1, row, self._glyph("┤", "+"), axis)
             for column in range(frame.left, frame.right):
                 canvas.put(column, row, self._glyph("┈", " "), grid)
-        canvas.write(frame.left - 1, frame.foot, self._glyph("└", "+") + self._glyph("─", "-") * frame.width, axis)
+        canvas.write(frame.left - 1, foot, self._glyph("└", "+") + self._glyph("─", "-") * frame.width, axis)
         name = self._axis_name(canvas.width)
         free = canvas.width - len(name) - 2  # the name of the axis is at its end
         end = 0
         for value, text in ticks(self.x, max(2, frame.width // 9)):
             column = frame.column(self._at(self.x, value))
-            canvas.put(column, frame.foot, self._glyph("┬", "+"), axis)
+            canvas.put(column, foot, self._glyph("┬", "+"), axis)
             at = min(max(0, column - len(text) // 2), canvas.width - len(text))
             if at >= end and at + len(text) < free:
-                canvas.write(at, frame.foot + 1, text, label)
+                canvas.write(at, foot + 1, text, label)
                 end = at + len(text) + 1
-        canvas.write(max(0, canvas.width - len(name)), frame.foot + 1, name, label)
+        canvas.write(max(0, canvas.width - len(name)), foot + 1, name, label)
 
     def _axis_name(self, width: int) -> str:
         """Return the label of the horizontal axis, or its unit if the label is too long."""
@@ -93,6 +99,34 @@ class PlotDrawing:
         return x.label if len(x.label) <= MAX_AXIS_NAME_FRACTION * width else f"[{x.unit}]" if x.unit else ""
 
     # contents
+
+    def _has_difference(self) -> bool:
+        """Return True if there is a difference with values in the window."""
+        difference = self.data.difference
+        return difference is not None and bool(np.any(np.isfinite(self._shown_difference())))
+
+    def _shown_difference(self) -> FloatArray:
+        """Return the difference, NaN outside the window."""
+        difference = self.data.difference
+        assert difference is not None
+        at = self.x.position(difference.x)
+        return np.where((at >= 0) & (at <= 1), difference.y, np.nan)
+
+    def _strip(self, canvas: Canvas, frame: Frame) -> None:
+        """Draw the difference around its zero line, and its range in the row above."""
+        difference = self.data.difference
+        assert difference is not None
+        y = self._shown_difference()
+        largest = float(np.nanmax(np.abs(y))) or 1.0
+        middle = frame.top + frame.height // 2
+        for column in range(frame.left, frame.right):
+            canvas.put(column, middle, self._glyph("┈", " "), self.styles("grid"))
+        canvas.write(frame.left - 2, middle, "0", self.styles("label"))
+        px = self.x.position(difference.x) * DOT_COLUMNS * frame.width
+        py = (0.5 - 0.48 * y / largest) * DOT_ROWS * frame.height
+        cells = rasterise_line(px, py, frame.width, frame.height)
+        self._dots(canvas, frame, cells, self.styles("other"))
+        canvas.write(frame.left, frame.top - 1, replace(difference, y=y).label[: frame.width], self.styles("label"))
 
     def _band(self, canvas: Canvas, frame: Frame, band: Band) -> None:
         """Fill the area of a band with dots."""

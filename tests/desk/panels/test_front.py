@@ -48,6 +48,12 @@ async def check_filter_parallel_and_shelf(keys: Keyboard, panel: OptimisePanel) 
     assert np.nanmin(selected.y) >= 0 and np.nanmax(selected.y) <= 1
     await keys.press("u")
     assert len(table.order) == table.row_count
+    front = keys.desk.query_one("#front", Plot)
+    pinned = next(mark for mark in front.data.marks if mark.label.startswith("design "))
+    await keys.press("space", "up")
+    assert [(m.x, m.y) for m in front.data.marks if m.character == "A"] == [(pinned.x, pinned.y)]
+    await keys.press("down", "space")
+    assert not any(mark.character == "A" for mark in front.data.marks)
     await keys.press("m")
     (item,) = keys.desk.query_one(ShelfPage).shelf.items
     x, _ = panel.front()
