@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from railui.io.problems import Problem
-    from railui.planning.information import Cluster
+    from railui.parallel import Pool
     from railui.planning.plan_file import PlanFile
 
 DURATION: Final = 60.0  # s of a run
@@ -168,7 +168,7 @@ def compute_plan(
     *,
     sections: int = 1,
     store: str | Path | None = None,
-    cluster: Cluster | None = None,
+    cluster: Pool | None = None,
     seed: int | None = None,
     jobs: int | None = None,
     progress: Progress = SILENT,

@@ -6,9 +6,8 @@ another simulation.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,7 @@ from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment, prepare_segments
 from railui.identification.structure.candidates import Candidate, CandidateBatch, batch_candidates, list_candidates
 from railui.identification.structure.score_test import output_differences
-from railui.parallel import map_threads
+from railui.parallel import Pool, map_threads
 from railui.planning.noise_residuals import draw_noise_residuals
 from railui.planning.run_information import RunInformation
 from railui.planning.store import InformationStore, content_key
@@ -70,16 +69,8 @@ class RunJob:
     seconds: float
 
 
-class Cluster(Protocol):
-    """Processes that compute the information of runs elsewhere."""
-
-    def map(self, function: Callable[[RunJob], Result], jobs: Sequence[RunJob]) -> Iterator[tuple[int, Result]]:
-        """Yield the number of a job and its result as they arrive."""
-        ...
-
-
 def collect_information(
-    context: Context, store: InformationStore | None = None, cluster: Cluster | None = None
+    context: Context, store: InformationStore | None = None, cluster: Pool | None = None
 ) -> Information:
     """Linearise the nominal model on the estimation runs of a context and score noise on every row.
 
@@ -123,7 +114,7 @@ def collect_information(
 
 
 def _results(
-    jobs: Sequence[RunJob], parameters: int, shapes: int, cluster: Cluster | None
+    jobs: Sequence[RunJob], parameters: int, shapes: int, cluster: Pool | None
 ) -> Iterator[tuple[int, Result]]:
     """Yield the number of a job and its result, each as soon as it is there."""
     if cluster is not None and jobs:

@@ -13,8 +13,9 @@ import numpy as np
 from railui.campaign.campaign import Campaign
 from railui.identification.context import create_context
 from railui.identification.structure.candidates import Candidate
+from railui.parallel import Pool
 from railui.planning.expectation import Choice, Expectation
-from railui.planning.information import Cluster, Information, collect_information
+from railui.planning.information import Information, collect_information
 from railui.planning.plan_file import RUN, PlanFile
 from railui.planning.planned_runs import PlannedRun, planned_runs, simulate_runs
 from railui.planning.selection import Selection, Step, reference
@@ -83,7 +84,7 @@ def make_plan(
     progress: Progress = SILENT,
     store: InformationStore | None = None,
     sections: int = 1,
-    cluster: Cluster | None = None,
+    cluster: Pool | None = None,
 ) -> Plan:
     """Simulate the runs that may be made with the nominal vehicle and select sensors and runs.
 
