@@ -36,7 +36,7 @@ class Vehicle:
         kind: str,
         placed: list[tuple[str, str, int, int, str | None]],
         measured: list[str],
-        layout: Any = None,
+        layout: str | None = None,
         rig_input: str | None = None,
         line: bool = False,
     ) -> None: ...

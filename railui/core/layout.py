@@ -1,8 +1,10 @@
-"""Layout of a multibody vehicle for the kernel, which reads these records by attribute name."""
+"""Layout of a multibody vehicle for the kernel, which reads these records as JSON, by the names of their fields."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
+from functools import cached_property
 
 LinearSum = list[tuple[float, int]]  # sum of factor times number of the row, by index; empty for 0
 KernelPoint = tuple[LinearSum, LinearSum, LinearSum]  # x forwards, y to the right, height above the rails
@@ -80,3 +82,8 @@ class Layout:
     joints: list[JointLayout]
     floor: list[FloorLayout]
     accelerometers: list[AccelerometerLayout]
+
+    @cached_property
+    def json(self) -> str:
+        """Text of the layout, every digit of its numbers included."""
+        return json.dumps(asdict(self))

@@ -61,7 +61,7 @@ class Vehicles:
             kind,
             [(p.kind, p.at, p.wheelset or 0, p.parameter_count, p.against) for p in self.placements],
             list(measured),
-            layout,
+            None if layout is None else layout.json,
             rig_input,
             line,
         )

@@ -5,6 +5,8 @@ use thiserror::Error;
 pub enum Error {
     #[error("no vehicle of kind {0:?}; known: bogie, wheelset, rig")]
     Vehicle(String),
+    #[error("layout of a vehicle: {0}")]
+    Layout(String),
     #[error("no effect {0:?} in the catalogue")]
     Effect(String),
     #[error("{kind} has no curve against {word:?}")]

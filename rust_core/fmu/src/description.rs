@@ -1,15 +1,14 @@
 //! The vehicle of an FMU: `vehicle.json` among its resources.
-use crate::json::Json;
-use crate::layout::{layout, small, sum};
 use railui_core::effects::Law;
 use railui_core::error::Error;
 use railui_core::vehicle::bodies::{Layout, Number};
 use railui_core::vehicle::kinds::VehicleKind;
 use railui_core::vehicle::structure::{Placed, Structure};
+use serde::Deserialize;
 use std::path::Path;
 
 /// The vehicle and the order of its variables.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct Description {
     /// Equal to that of modelDescription.xml.
     pub token: String,
@@ -34,7 +33,7 @@ pub struct Description {
     pub most_steps: usize,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
 struct PlacedEffect {
     kind: String,
     at: String,
@@ -48,28 +47,9 @@ impl Description {
     pub fn read(resources: &Path) -> Result<Self, String> {
         let file = resources.join("vehicle.json");
         let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-        let read = Json::read(&text).and_then(|json| Self::of(&json));
-        let read = read.map_err(|e| format!("{}: {e}", file.display()))?;
+        let read: Self = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", file.display()))?;
         read.check()?;
         Ok(read)
-    }
-
-    fn of(json: &Json) -> Result<Self, String> {
-        let indices = |key: &str| json.get(key)?.list(Json::count);
-        Ok(Description {
-            token: json.get("token")?.text()?,
-            kind: json.get("kind")?.text()?,
-            layout: json.get("layout")?.optional(layout)?,
-            placed: json.get("placed")?.list(PlacedEffect::of)?,
-            row: json.get("row")?.list(Json::number)?,
-            numbers: json.get("numbers")?.count()?,
-            behind: json.get("behind")?.list(sum)?,
-            lateral: indices("lateral")?,
-            channels: json.get("channels")?.list(Json::text)?,
-            parameters: indices("parameters")?,
-            speed: json.get("speed")?.number()?,
-            most_steps: json.get("most_steps")?.count()?,
-        })
     }
 
     /// Every index within the row.
@@ -99,16 +79,6 @@ impl Description {
 }
 
 impl PlacedEffect {
-    fn of(json: &Json) -> Result<Self, String> {
-        Ok(PlacedEffect {
-            kind: json.get("kind")?.text()?,
-            at: json.get("at")?.text()?,
-            wheelset: small(json.get("wheelset")?)?,
-            count: json.get("count")?.count()?,
-            against: json.get("against")?.optional(Json::text)?,
-        })
-    }
-
     fn placed(&self) -> Result<Placed, Error> {
         let law = Law::named(&self.kind).ok_or_else(|| Error::Effect(self.kind.clone()))?;
         let law = self.against.as_ref().map_or(Ok(law), |word| law.against(word))?;

@@ -7,7 +7,5 @@ mod description;
 mod functions;
 mod history;
 mod instance;
-mod json;
-mod layout;
 mod unsupported;
 mod vehicle;

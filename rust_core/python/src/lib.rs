@@ -1,8 +1,6 @@
 //! The one door to Python: conversions, no physics.
-mod layout;
 mod series;
 
-use layout::Given;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -16,6 +14,7 @@ use railui_core::rate::input_table::InputTable;
 
 use railui_core::simd::peak::{self, Links};
 use railui_core::vehicle::assembly::LINKAGE;
+use railui_core::vehicle::bodies::Layout;
 use railui_core::vehicle::kinds::VehicleKind;
 use railui_core::vehicle::structure::{Placed, Structure};
 // the C functions of an FMU, exported from this library too: `railui export --fmu` copies it
@@ -313,20 +312,20 @@ impl Vehicle {
 
 #[pymethods]
 impl Vehicle {
-    /// placed: (kind, location, number of the location or 0, count of numbers, abscissa of a curve); layout: in the place
-    /// of the kind
+    /// placed: (kind, location, number of the location or 0, count of numbers, abscissa of a curve); layout: JSON of
+    /// `railui.core.Layout`, in the place of the kind
     #[new]
     #[pyo3(signature = (kind, placed, measured, layout=None, rig_input=None, line=false))]
     fn new(
         kind: &str,
         placed: Vec<(String, String, u8, usize, Option<String>)>,
         measured: Vec<String>,
-        layout: Option<Given>,
+        layout: Option<&str>,
         rig_input: Option<&str>,
         line: bool,
     ) -> PyResult<Self> {
         let kind = match layout {
-            Some(given) => VehicleKind::Bodies(given.layout()?),
+            Some(text) => VehicleKind::Bodies(Layout::from_json(text).map_err(to_py_error)?),
             None => VehicleKind::named(kind, rig_input).map_err(to_py_error)?,
         };
         let placed = placed

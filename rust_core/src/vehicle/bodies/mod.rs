@@ -8,6 +8,7 @@ mod joining;
 mod motion;
 
 use crate::error::{Error, Result};
+use serde::{Deserialize, Deserializer};
 
 /// A number made of those of the design: the sum of factor times number; empty: 0.
 pub type Number = Vec<(f64, usize)>;
@@ -16,7 +17,7 @@ pub type Number = Vec<(f64, usize)>;
 pub type Point = [Number; 3];
 
 /// Wheels of a body that is a wheelset; its roll is the track's and that of its own lateral displacement.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct Wheels {
     pub spin_inertia: Number,
     pub half_gauge: Number,
@@ -30,7 +31,7 @@ pub struct Wheels {
 }
 
 /// A rigid body; without a yaw or roll inertia it does not yaw or roll.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct Body {
     pub name: String,
     /// The name that it shares with its like, and its number among them (0: the only one).
@@ -45,7 +46,8 @@ pub struct Body {
 }
 
 /// The direction in which a term acts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Way {
     Longitudinal,
     Lateral,
@@ -67,7 +69,7 @@ pub enum Acts {
 }
 
 /// Element between two bodies, acting on the motion of the first less that of the second (none: the ground).
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct Joint {
     pub name: String,
     pub number: u8,
@@ -75,13 +77,14 @@ pub struct Joint {
     pub points: [Point; 2],
     /// The same again on the other side of the vehicle, at -y.
     pub mirrored: bool,
+    #[serde(deserialize_with = "read_terms")]
     pub terms: Vec<(Way, Acts)>,
     /// The weight that it carries, of the second body on the first.
     pub static_load: Number,
 }
 
 /// A place on a body where comfort is felt.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct Floor {
     pub name: String,
     pub body: usize,
@@ -89,7 +92,7 @@ pub struct Floor {
 }
 
 /// A lateral accelerometer on a body: x forwards and z downwards from the centre of mass [m].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct Accelerometer {
     pub name: String,
     pub body: usize,
@@ -99,7 +102,7 @@ pub struct Accelerometer {
 }
 
 /// A vehicle as a list of bodies (wheelsets from the front to the rear) and what joins them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize)]
 pub struct Layout {
     /// Number of numbers that describe it.
     pub numbers: usize,
@@ -109,11 +112,39 @@ pub struct Layout {
     pub accelerometers: Vec<Accelerometer>,
 }
 
+/// Direction, law and numbers of every term.
+fn read_terms<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Vec<(Way, Acts)>, D::Error> {
+    let terms = Vec::<(Way, String, Vec<Number>)>::deserialize(deserializer)?;
+    let read = terms.into_iter().map(|(way, law, numbers)| Ok((way, Acts::of(&law, numbers)?)));
+    read.collect::<std::result::Result<_, String>>().map_err(serde::de::Error::custom)
+}
+
+impl Acts {
+    fn of(law: &str, numbers: Vec<Number>) -> std::result::Result<Self, String> {
+        let count = numbers.len();
+        let acts = match law {
+            "spring" => numbers.try_into().map(|[stiffness]: [Number; 1]| Acts::Spring(stiffness)),
+            "damper" => numbers.try_into().map(|[damping]: [Number; 1]| Acts::Damper(damping)),
+            "series" => numbers.try_into().map(Acts::Series),
+            "stop" => numbers.try_into().map(Acts::Stop),
+            _ => return Err(format!("no law {law:?} of an element")),
+        };
+        acts.map_err(|_| format!("{law:?} with {count} numbers"))
+    }
+}
+
 /// Columns s and v, before those of the wheelsets; Qy and Qpsi follow them.
 const FIRST: usize = 2;
 const PER_WHEELSET: usize = 5;
 
 impl Layout {
+    /// Read a layout, every index of which is checked: a wrong one must not make the kernel panic.
+    pub fn from_json(text: &str) -> Result<Self> {
+        let layout: Self = serde_json::from_str(text).map_err(|e| Error::Layout(e.to_string()))?;
+        layout.check()?;
+        Ok(layout)
+    }
+
     /// Columns of the input table: s, v, five per wheelset, Qy, Qpsi.
     pub fn columns(&self) -> usize {
         FIRST + PER_WHEELSET * self.wheelsets().count() + 2
@@ -139,5 +170,39 @@ impl Layout {
 
     fn wheelsets(&self) -> impl Iterator<Item = (usize, &Body, &Wheels)> {
         self.bodies.iter().enumerate().filter_map(|(i, body)| Some((i, body, body.wheels.as_ref()?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with_term(term: &str) -> Result<Layout> {
+        let point = "[[], [], []]";
+        Layout::from_json(&format!(
+            r#"{{"numbers": 1, "bodies": [], "floor": [], "accelerometers": [], "joints": [{{"name": "a", "number": 0,
+            "bodies": [null, null], "points": [{point}, {point}], "mirrored": false, "terms": [{term}],
+            "static_load": []}}]}}"#
+        ))
+    }
+
+    #[test]
+    fn a_term_has_a_direction_a_law_and_its_numbers() {
+        let layout = with_term(r#"["lateral", "spring", [[[0.1, 0]]]]"#).unwrap();
+        let [(way, Acts::Spring(stiffness))] = &layout.joints[0].terms[..] else { panic!("no spring") };
+        assert_eq!((*way, &stiffness[..]), (Way::Lateral, &[(0.1, 0)][..]));
+    }
+
+    #[test]
+    fn faulty_layouts_are_errors_with_their_reason() {
+        for (term, reason) in [
+            (r#"["sideways", "spring", [[]]]"#, "sideways"),
+            (r#"["lateral", "glue", [[]]]"#, "no law \"glue\""),
+            (r#"["lateral", "stop", [[]]]"#, "\"stop\" with 1 numbers"),
+            (r#"["lateral", "spring""#, "line"),
+        ] {
+            let error = with_term(term).unwrap_err().to_string();
+            assert!(error.contains(reason), "{error}");
+        }
     }
 }
