@@ -21,7 +21,7 @@ from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment, prepare_segments
 from railui.identification.structure.candidates import Candidate, CandidateBatch, batch_candidates, list_candidates
 from railui.identification.structure.score_test import output_differences
-from railui.parallel import Pool, map_threads
+from railui.parallel import Pool, map_as_completed, map_threads
 from railui.planning.noise_residuals import draw_noise_residuals
 from railui.planning.run_information import RunInformation
 from railui.planning.store import InformationStore, content_key
@@ -81,7 +81,7 @@ def collect_information(
     store
         Where the information of every run is kept; None: nowhere.
     cluster
-        Where the runs are computed; None: here, one after the other, with the threads of the context.
+        Where the runs are computed; None: here, side by side, one on each thread of the context.
     """
     model = context.nominal
     prepared = prepare_segments(context, model, context.dataset.estimation)
@@ -117,14 +117,23 @@ def _results(
     jobs: Sequence[RunJob], parameters: int, shapes: int, cluster: Pool | None
 ) -> Iterator[tuple[int, Result]]:
     """Yield the number of a job and its result, each as soon as it is there."""
-    if cluster is not None and jobs:
-        jobs[0].context.progress.message(f"{len(jobs)} runs on the cluster")
-        yield from cluster.map(run_information, [_remote(job) for job in jobs])
+    if not jobs:
         return
-    for number, job in enumerate(jobs):
-        text = f"{job.target.segment.file}: {parameters} parameters, {shapes} shapes of effects"
-        job.context.progress.message(text)
-        yield number, run_information(job)
+    context = jobs[0].context
+    place = "" if cluster is None else " on the cluster"
+    context.progress.message(f"{len(jobs)} runs{place}: {parameters} parameters, {shapes} shapes of effects")
+    if len(jobs) == 1 and cluster is None:
+        yield 0, run_information(jobs[0])
+        return
+    alone = [_remote(job) for job in jobs]
+    results = (
+        map_as_completed(run_information, alone, context.jobs)
+        if cluster is None
+        else cluster.map(run_information, alone)
+    )
+    for done, (number, result) in enumerate(results, 1):
+        context.progress.message(f"{done} of {len(jobs)} runs: {jobs[number].target.segment.file}")
+        yield number, result
 
 
 def _remote(job: RunJob) -> RunJob:
