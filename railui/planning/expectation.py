@@ -7,7 +7,8 @@ realisations of the noise. The criteria of detection are those of the loop.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -22,6 +23,7 @@ from railui.identification.structure.minimum_detectable import detectable_rows, 
 from railui.identification.structure.score_test import POWER, ScoreTestResult
 from railui.planning.information import Information
 from railui.planning.run_information import RunInformation
+from railui.planning.validation_products import ValidationProducts
 
 SEPARATION = 1.6449  # normal quantile of the one-sided 5 % level at which two effects are separated
 MAX_DRAWS = 500  # of the largest score over the library under noise
@@ -30,6 +32,9 @@ MAX_DRAWS = 500  # of the largest score over the library under noise
 LIMIT_SHARE = 0.75
 MAX_RIVALS = 3
 LEAST_FREEDOM = 1.0
+# cached properties that depend on the estimation runs alone, and on the validation run
+OF_ESTIMATION = ("gram", "absorbed", "parameter_sd", "scores", "critical_score")
+OF_VALIDATION = ("noise_floor", "predicted_gains", "amounts")
 
 
 @dataclass(frozen=True)
@@ -144,24 +149,22 @@ class Expectation:
     def parameter_sd(self) -> FloatArray:
         """Standard deviation [p] of every estimate: noise through the least squares, and the priors."""
         p = self.parameters
-        scores = [self._scale(run) * run.noise_scores[:, self._rows(run), :p].sum(axis=1) for run in self._estimation]
-        estimates = np.concatenate(scores) @ self._inverse
+        estimates = self._noise_scores[:, :p] @ self._inverse
         prior_sd = self.information.free.prior_sd
         priors = self._inverse * self._precision * np.where(np.isfinite(prior_sd), prior_sd, 0.0)
         return np.asarray(np.sqrt(np.sum(estimates**2, axis=0) + np.sum(priors**2, axis=1)))
-
-    @staticmethod
-    def _scale(run: RunInformation) -> float:
-        """Factor of realisations that makes their sum of squares that of one run."""
-        return float(np.sqrt(run.blocks / len(run.noise_scores)))
 
     @cached_property
     def _projected_noise(self) -> FloatArray:
         """Scores [sample, k] of noise after projection; their sum of squares is the variance of the score."""
         p = self.parameters
-        parts = [self._scale(run) * run.noise_scores[:, self._rows(run)].sum(axis=1) for run in self._estimation]
-        scores = np.concatenate(parts)
-        return np.asarray(scores[:, p:] - scores[:, :p] @ self.absorbed.T)
+        return np.asarray(self._noise_scores[:, p:] - self._noise_scores[:, :p] @ self.absorbed.T)
+
+    @cached_property
+    def _noise_scores(self) -> FloatArray:
+        """Scores [sample, p + k] of noise on the estimation runs, scaled to the length of each run."""
+        parts = [run.realisation_scale * run.noise_scores[:, self._rows(run)].sum(axis=1) for run in self._estimation]
+        return np.concatenate(parts)
 
     @cached_property
     def scores(self) -> list[ExpectedScore | None]:
@@ -209,28 +212,28 @@ class Expectation:
     @cached_property
     def noise_floor(self) -> float:
         """NRMSE on the validation run that noise alone leaves."""
-        run, rows = self._validation
-        return float(np.sqrt(np.mean(run.noise[rows] / (run.signal[rows] + run.noise[rows]))))
+        return self._validation.noise_floor
 
     @property
-    def _validation(self) -> tuple[RunInformation, list[int]]:
-        run = self.information.runs[self.choice.validation]
-        return run, self._rows(run)
+    def _validation(self) -> ValidationProducts:
+        return self.information.validation_products(self.choice.validation, self.choice.channels)
 
     @cached_property
     def predicted_gains(self) -> list[PredictedGain]:
         """NRMSE^2 on the validation run that an amount of 1 of each shape [k] adds, and its product with noise."""
-        p = self.parameters
-        run, rows = self._validation
-        weights = 1.0 / (run.signal[rows] + run.noise[rows]) / len(rows)
-        gram = np.tensordot(weights, run.gram[rows], 1)
-        crossed = np.einsum("kp,kp->k", self.absorbed, gram[p:, :p])
-        squared = np.einsum("kp,pq,kq->k", self.absorbed, gram[:p, :p], self.absorbed, optimize=True)
-        mean = np.maximum(np.diag(gram)[p:] - 2.0 * crossed + squared, 0.0)
-        noise = self._scale(run) * np.tensordot(run.noise_scores[:, rows], weights, ([1], [0]))
-        noise = noise[:, p:] - noise[:, :p] @ self.absorbed.T
-        sd = np.sqrt(np.sum(noise**2, axis=0))
-        return [PredictedGain(float(m), float(s)) for m, s in zip(mean, sd, strict=True)]
+        mean = self._validation.outputs.left(self.absorbed)
+        sd = np.sqrt(self._validation.scores.left(self.absorbed))
+        return [PredictedGain(m, s) for m, s in zip(mean.tolist(), sd.tolist(), strict=True)]
+
+    def validated_on(self, number: int) -> Expectation:
+        """Return the expectation with another validation run; the estimation runs are not evaluated again."""
+        for name in OF_ESTIMATION:
+            getattr(self, name)  # cached before it is copied
+        other = copy(self)
+        other.choice = replace(self.choice, validation=number)
+        for name in OF_VALIDATION:
+            other.__dict__.pop(name, None)
+        return other
 
     @cached_property
     def amounts(self) -> FloatArray:

@@ -7,7 +7,7 @@ another simulation.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from railui.parallel import Pool, map_as_completed, map_threads
 from railui.planning.noise_residuals import draw_noise_residuals
 from railui.planning.run_information import RunInformation
 from railui.planning.store import InformationStore, content_key
+from railui.planning.validation_products import ValidationProducts, validation_products
 from railui.vehicle.model import Model
 
 NOISE_DRAWS = 16
@@ -39,6 +40,14 @@ class Information:
     free: FreeParameters
     keys: tuple[Key, ...]
     runs: tuple[RunInformation, ...]
+    _validation: dict[tuple[int, tuple[str, ...]], ValidationProducts] = field(default_factory=dict, repr=False)
+
+    def validation_products(self, number: int, channels: tuple[str, ...]) -> ValidationProducts:
+        """Return the products of some sensors of a run, computed once."""
+        key = (number, channels)
+        if key not in self._validation:
+            self._validation[key] = validation_products(self.runs[number], channels, len(self.free.paths))
+        return self._validation[key]
 
 
 Result = tuple[RunInformation, NDArray[np.bool_]]  # of a run, and which shapes are valid

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -136,8 +136,13 @@ def _select(
 ) -> list[Step]:
     critical = everything.critical_score
 
-    def expected(choice: Choice) -> Expectation:
+    @lru_cache(maxsize=1)  # pairs of runs are tried with one estimation run after the other
+    def estimated(channels: tuple[str, ...], estimation: tuple[int, ...]) -> Expectation:
+        choice = Choice(channels, estimation, estimation[0])
         return expect(information, choice, file.campaign, everything.seed, critical)
+
+    def expected(choice: Choice) -> Expectation:
+        return estimated(choice.channels, choice.estimation).validated_on(choice.validation)
 
     costs = {c: file.cost(c) for c in file.sensors}
     names = {i: run.name for i, run in enumerate(runs)}

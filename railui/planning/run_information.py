@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from railui.arrays import FloatArray
 
 
@@ -39,3 +41,8 @@ class RunInformation:
     def blocks(self) -> int:
         """Number of blocks of time."""
         return len(self.block_norms)
+
+    @property
+    def realisation_scale(self) -> float:
+        """Factor of the noise scores that makes their sum of squares that of one run."""
+        return float(np.sqrt(self.blocks / len(self.noise_scores)))
