@@ -91,7 +91,7 @@ def test_the_noise_of_a_map_is_positive_and_may_be_in_g(tmp_path: Path) -> None:
     (tmp_path / "map.yaml").write_text(text.format(noise="0.05 g"))
     assert load_map(tmp_path / "map.yaml").noise["ay1"] == pytest.approx(0.4903325)
     (tmp_path / "map.yaml").write_text(text.format(noise="-0.02"))
-    (problem,) = check([tmp_path / "map.yaml"], load_map=load_map)
+    (problem,) = check([tmp_path / "map.yaml"], readers={"map": load_map})
     assert problem.key == "sensors.ay1.noise" and "no standard deviation" in problem.message
 
 

@@ -77,7 +77,7 @@ async def test_help_covers_the_panel_and_the_focused_widget(open_desk: OpenDesk,
         assert isinstance(keys.desk.screen, HelpDialog)
         assert (
             len(keys.desk.screen.texts) == 2
-            and ("]", "Page: overview, stability, speed, shelf") in keys.desk.screen.keys
+            and ("]", "Page: overview, stability, speed, map, ...") in keys.desk.screen.keys
         )
         await keys.press("escape")
 

@@ -101,7 +101,7 @@ async def test_modes_are_named_and_numbered_as_their_lines(open_desk: OpenDesk, 
 
 async def test_the_band_over_speed_spans_the_rides_of_every_seed(open_desk: OpenDesk, bogie: Path) -> None:
     async with open_desk(bogie, size=(160, 48)) as keys:
-        await keys.press("left_square_bracket", "left_square_bracket")
+        await keys.press("right_square_bracket", "right_square_bracket")
         page = keys.desk.query_one(SpeedPage)
         await keys.wait_until(lambda: any(band.is_complete for band in page.bands.values()))
         data = keys.desk.query_one("#band-weighted_acceleration", Plot).data

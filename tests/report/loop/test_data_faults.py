@@ -9,7 +9,8 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
-from railui.report.loop import data, data_faults
+from railui.api import loop as loop_of_package
+from railui.report.loop import data_faults
 from railui.report.loop.data_faults import data_fault_report, examine_data, write_data_fault
 from tests.blind.simulated import simulated_campaign
 from tests.truth.campaign import write
@@ -32,8 +33,8 @@ def flipped(tmp_path: Path) -> Path:
 def test_the_loop_stops_without_a_simulation_and_names_the_correction(
     flipped: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(data, "close_loop", lambda *a, **k: pytest.fail("the loop began"))
-    report = data.loop(flipped)
+    monkeypatch.setattr(loop_of_package, "close_loop", lambda *a, **k: pytest.fail("the loop began"))
+    report = loop_of_package.loop(flipped)
     assert (report["verdict"], report["effects"], report["simulations"]) == ("data", [], 0)
     assert "rf has the wrong sign" in report["sentence"]
     (row,) = report["corrections"]
