@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from railui.api import loop as loop_of_package
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
-from railui.api import loop as loop_of_package
 from railui.report.loop import data_faults
 from railui.report.loop.data_faults import data_fault_report, examine_data, write_data_fault
 from tests.blind.simulated import simulated_campaign
