@@ -20,7 +20,7 @@ from railui.desk.panels.correcting import corrections_of_line
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.services.jobs import BackgroundJob
-from railui.desk.services.loop_job import StoppedLoop
+from railui.desk.services.loop_computation import StoppedLoop
 from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.dialogs import InputDialog, ProblemsDialog, QuestionDialog
 from railui.desk.widgets.table import Table
@@ -219,18 +219,6 @@ async def test_several_campaigns_are_listed_and_run_one_after_another(
         keys.desk.open(paths[0])  # again: the list keeps one entry of a campaign
         await keys.wait_until_idle()
         assert len(panel.entries) == 2 and panel.history.stopped is None
-
-
-async def test_a_loop_is_paused_and_stopped(open_desk: OpenDesk) -> None:
-    async with open_desk(CAMPAIGN) as keys:
-        panel = keys.desk.query_one(CampaignPanel)
-        await keys.pilot.press("s")
-        await keys.wait_until(lambda: panel.history.iteration is not None)
-        await keys.pilot.press("p")
-        assert panel.job is not None and panel.job.is_paused
-        await keys.pilot.press("k")
-        await keys.wait_until(lambda: panel.job is None)
-        assert panel.finished is None and panel.history.activity == "stopped"
 
 
 async def test_a_campaign_without_its_vehicle_shows_the_problem(open_desk: OpenDesk, tmp_path: Path) -> None:
