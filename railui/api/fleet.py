@@ -64,16 +64,20 @@ def update_fleet(
         For results that cannot be written.
     """
     from railui.execution.lock import Lock
-    from railui.fleet.check import check_fleet
+    from railui.fleet.check import with_warnings
     from railui.fleet.engine import update_fleet as compute
+    from railui.fleet.fleet_file import load_fleet
     from railui.fleet.pools import ThreadPool
+    from railui.fleet.run_list import list_runs
     from railui.fleet.status import assess_fleet, fleet_document
     from railui.fleet.store import FleetStore
     from railui.io.atomic import check_directory_writable, write_text
     from railui.report.fleet.loops import run_loops
     from railui.report.fleet.page import write_fleet_page
 
-    loaded = check_fleet(fleet)
+    loaded = load_fleet(fleet)
+    runs = list_runs(loaded)
+    loaded = with_warnings(loaded, runs)
     if warn is not None:
         warn(loaded.warnings)
     directory = results_directory(loaded.directory, out)
@@ -82,7 +86,7 @@ def update_fleet(
     lock = Lock(directory)
     store = FleetStore(directory)
     try:
-        update = compute(loaded, store, pool or ThreadPool(jobs), progress)
+        update = compute(loaded, store, pool or ThreadPool(jobs), progress, runs)
         progress.message("testing the vehicles")
         states = assess_fleet(loaded, store)
         reports = run_loops(loaded, states, directory, loops, seed or 0, jobs, progress)

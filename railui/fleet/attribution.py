@@ -16,6 +16,7 @@ from scipy import linalg, stats
 
 from railui.arrays import FloatArray
 from railui.fleet.summary import RunSummary
+from railui.identification.estimation.block_products import scaled_inverse
 
 MIN_LENGTH: Final = 1e-9  # of an effect that the parameters leave, over the whole
 
@@ -109,9 +110,7 @@ def signatures_of(
     )
     gram = np.asarray(products)[1:, 1:]
     a = gram[:p, :p] + np.diag(np.asarray(precision))
-    size = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-    inverse = linalg.pinvh(a * np.outer(size, size)) * np.outer(size, size)
-    moved = inverse @ gram[:p, p:]  # parameters by each effect
+    moved = scaled_inverse(a) @ gram[:p, p:]  # parameters by each effect
     left = gram[p:, p:] - gram[p:, :p] @ moved
     length = np.diag(left)
     safe = np.where(length > MIN_LENGTH * np.diag(gram)[p:], length, np.inf)

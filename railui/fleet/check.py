@@ -26,8 +26,12 @@ def check_fleet(path: str | Path) -> Fleet:
         With every fault of the file, of its designs, and of the table of runs.
     """
     fleet = load_fleet(path)
+    return with_warnings(fleet, list_runs(fleet))
+
+
+def with_warnings(fleet: Fleet, runs: Sequence[FleetRun]) -> Fleet:
+    """Return a fleet with the warnings about its runs."""
     findings = load_yaml(fleet.source).findings()
-    runs = list_runs(fleet)
     missing = [run.file for run in runs if "://" not in run.file and not Path(run.file).is_file()]
     without = sorted(set(fleet.vehicles) - {run.vehicle for run in runs})
     if not runs:

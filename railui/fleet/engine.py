@@ -93,12 +93,19 @@ def summarise_file(task: RunTask) -> dict[str, Any]:
     return replace(summary, section=part.section).arrays()
 
 
-def update_fleet(fleet: Fleet, store: FleetStore, pool: Pool, progress: Progress = SILENT) -> Update:
+def update_fleet(
+    fleet: Fleet,
+    store: FleetStore,
+    pool: Pool,
+    progress: Progress = SILENT,
+    runs: Sequence[FleetRun] | None = None,
+) -> Update:
     """Compute references and summaries of all runs that are not stored, and store each as it arrives.
 
     Results do not depend on the number of workers: a run depends on its file and on the reference of its vehicle alone.
+    runs: where they have been listed already.
     """
-    runs = list_runs(fleet)
+    runs = list_runs(fleet) if runs is None else runs
     progress.message(f"{len(runs)} runs of {len(fleet.vehicles)} vehicles")
     hashes = {run.file: _file_hash(store, run.file) for run in runs}
     by_vehicle: dict[str, list[FleetRun]] = {name: [] for name in fleet.vehicles}

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from scipy import linalg
 
 from railui.arrays import FloatArray
 from railui.fleet.summary import RunSummary
+from railui.identification.estimation.block_products import scaled_inverse
 
 MIN_SHARE: Final = 0.02  # of the prior variance that a run must remove at least for its estimate to count
 
@@ -26,8 +26,7 @@ def free_estimates(summary: RunSummary) -> tuple[FloatArray, FloatArray]:
     estimate, k = summary.estimate[:p], np.clip(summary.determined[:p], MIN_SHARE, 1.0)
     precision = summary.variance * np.maximum(1.0 - summary.determined[:p], 0.0) / summary.sd[:p] ** 2
     a = summary.gram[1 : 1 + p, 1 : 1 + p] + np.diag(precision)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-    inverse = linalg.pinvh(a * np.outer(scale, scale)) * np.outer(scale, scale)
+    inverse = scaled_inverse(a)
     pull = a @ (estimate - summary.x) - summary.gram[1 : 1 + p, 0]  # precision (m - x)
     beyond = np.where(precision > 0.0, estimate - summary.x - pull / np.where(precision > 0.0, precision, 1.0), 0.0)
     variance = summary.variance * (np.diag(inverse) - inverse**2 @ precision)

@@ -56,7 +56,7 @@ class _Replay:
         events: Sequence[tuple[int, EventModel]],
         renewed: Sequence[float],
     ) -> None:
-        self.data, self.settings, self.events = data, settings, events
+        self.data, self.settings = data, settings
         first = data.time[0]
         self.block = np.floor((data.time - first) / settings.block_days).astype(np.int64)
         blocks, v, q, s = int(self.block[-1]) + 1, len(data.vehicles), len(data.quantities), len(data.sections)
@@ -65,6 +65,7 @@ class _Replay:
         start = first + settings.block_days * np.arange(blocks + 1)
         self.out = Monitor.empty(start, v, q, s, len(data.time), h)
         self.out.block_of_run = self.block
+        self.events = self._events_by_block(events)
         self.sections = SectionTest(self.out, settings, renewed)
         self.shape = (v, q)
         self.count = np.zeros((v, q), dtype=np.int64)  # blocks since the level is learnt
@@ -162,26 +163,34 @@ class _Replay:
     def _maintained(self, b: int) -> NDArray[np.bool_]:
         """Quantities [v, q] that maintenance has changed in this block or between it and the one before."""
         which = np.zeros(self.shape, dtype=bool)
-        for v, event in self._events(b):
-            which[v] |= [is_reset(event, quantity) for quantity in self.data.quantities]
+        for v, event in self.events[b]:
+            which[v] |= self._resets(event)
         return which
 
-    def _events(self, b: int) -> list[tuple[int, EventModel]]:
-        return [(v, e) for v, e in self.events if self.out.start[b] <= e.time < self.out.start[b + 1]]
+    def _events_by_block(self, events: Sequence[tuple[int, EventModel]]) -> list[list[tuple[int, EventModel]]]:
+        found: list[list[tuple[int, EventModel]]] = [[] for _ in range(len(self.out.start) - 1)]
+        for v, event in events:
+            b = int(np.searchsorted(self.out.start, event.time, "right")) - 1
+            if 0 <= b < len(found):
+                found[b].append((v, event))
+        return found
+
+    def _resets(self, event: EventModel) -> NDArray[np.bool_]:
+        """Quantities [q] that maintenance changes."""
+        return np.array([is_reset(event, quantity) for quantity in self.data.quantities])
 
     def _apply_events(self, b: int) -> None:
         """Learn levels anew after maintenance; runs of this block before it do not count."""
         self._relearn(self._maintained(b))
-        for v, event in self._events(b):
-            which = np.array([is_reset(event, quantity) for quantity in self.data.quantities])
+        for v, event in self.events[b]:
             early = (self.block == b) & (self.data.vehicle == v) & (self.data.time < event.time)
-            self.counts[np.ix_(early, which)] = 0.0
+            self.counts[np.ix_(early, self._resets(event))] = 0.0
 
     def _mark_sound(self, last: int) -> None:
         """Mark the runs that show what is usual: not those since a change began, until maintenance."""
         vehicle, block = self.data.vehicle, self.block
         changes = [(x.block, 1, x.subject, x.started + 1) for x in self.out.alarms]
-        changes += [(b, 0, v, b) for b in range(last + 1) for v, _ in self._events(b)]
+        changes += [(b, 0, v, b) for b in range(last + 1) for v, _ in self.events[b]]
         self.is_sound[:] = True
         for _, is_alarm, v, first in sorted(changes):
             self.is_sound[(vehicle == v) & (block >= first)] = not is_alarm

@@ -21,6 +21,7 @@ from railui.fleet.fleet_file import Vehicle
 from railui.fleet.reference import Reference, reference_context
 from railui.fleet.summary import RunSummary
 from railui.identification.context import Context
+from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.fit import residual_variance
 from railui.identification.estimation.free_parameters import FreeParameters, free_parameters
 from railui.identification.estimation.gauss_newton import GaussNewton
@@ -201,8 +202,7 @@ def estimates_of_gram(
     p = len(x)
     precision = variance / prior_sd**2
     a = gram[1 : 1 + p, 1 : 1 + p] + np.diag(precision)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-    inverse = linalg.pinvh(a * np.outer(scale, scale)) * np.outer(scale, scale)
+    inverse = scaled_inverse(a)
     step = inverse @ (gram[1 : 1 + p, 0] + precision * (prior - x))
     covariance = variance * np.diag(inverse)
     absorbed = gram[1 + p :, 1 : 1 + p] @ inverse

@@ -16,6 +16,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.loop_settings import LoopSettings
+from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.structure.candidates import LINEAR, Candidate
 from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.gain_forecast import PredictedGain
@@ -121,9 +122,7 @@ class Expectation:
     def _inverse(self) -> FloatArray:
         p = self.parameters
         a = self.gram[:p, :p] + np.diag(self._precision)
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-        unit = np.linalg.pinv(a * np.outer(scale, scale), rcond=1e-10, hermitian=True)
-        return np.asarray(unit * np.outer(scale, scale))
+        return scaled_inverse(a, 1e-10)
 
     @cached_property
     def _precision(self) -> FloatArray:

@@ -33,6 +33,7 @@ KINDS = (
     ("sensor", (0.05, 0.1, 0.2, 0.4)),
 )
 START = 20454  # 2026-01-01 as a day
+WEEK = 7
 
 
 def order_of(seed: int, vehicles: int, days: int, every: int, repeats: int = 1, few: bool = False) -> FleetOrder:
@@ -52,7 +53,7 @@ def fleet_text(order: FleetOrder, pattern: str) -> str:
         "vehicles:",
         *(f"  {vehicle_name(k)}: bogie" for k in range(order.vehicles)),
         f"runs: {{{pattern}}}",
-        f"settings: {{reference_runs: 3, block_days: {order.every}}}",
+        f"settings: {{reference_runs: 3, block_days: {max(order.every, WEEK)}}}",
         "events:",
     ]
     for k, member in enumerate(members(order)):

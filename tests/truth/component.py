@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from tests.truth.bogie import Vehicle
 from tests.truth.effects import Effect
-from tests.truth.laws import Array
+from tests.truth.laws import Array, ForceLaw, Parameters
 from tests.truth.placed import grouped
 
 STEPS = 40  # of the states of the effects per sample
@@ -28,12 +28,11 @@ def component_force(vehicle: Vehicle, effects: Sequence[Effect], at: str, wheels
     here = [e for e in effects if e.at == at and e.wheelset in (None, wheelset)]
     for group in grouped([here], lambda _, place: vehicle.declared(place)):
         if group.kind.law is not None:
-            # a place of two wheelsets has two rows of the same motion
             force -= _push(group.kind.law, group.p, group.kind.states, fine, z_fine, v_fine)
     return np.asarray(force[::STEPS])
 
 
-def _push(law, p, states: int, t: Array, z: Array, v: Array) -> Array:  # type: ignore[no-untyped-def]
+def _push(law: ForceLaw, p: Parameters, states: int, t: Array, z: Array, v: Array) -> Array:
     """Force [n] of a law on the body; its states by Heun's method."""
     if not states:
         return np.asarray(law(p, z[None, :, None], v[None, :, None], np.zeros((0, 1, 1)), 0.0)[0]).ravel()

@@ -9,7 +9,7 @@ from textual.app import ComposeResult
 from textual.message import Message
 
 from railui.api.map_rows import SPEED
-from railui.desk.messages import JobDone, JobFailed, ProgressEvent
+from railui.desk.messages import JobDone, ProgressEvent
 from railui.desk.panels.common import set_titles
 from railui.desk.panels.result_pages import ResultPage
 from railui.desk.presenters.design_results import Comparison, DesignResults
@@ -143,12 +143,6 @@ class MapPage(ResultPage):
     def _on_done(self, message: JobDone) -> None:
         message.stop()
         self.draw()
-
-    @on(JobFailed)
-    def _on_failed(self, message: JobFailed) -> None:
-        message.stop()
-        if not message.is_stopped:
-            self.set_status(message.text)
 
     @on(HeatMap.Taken)
     def _on_taken(self, message: HeatMap.Taken) -> None:

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from rich.text import Text
+from textual import on
 from textual.containers import Vertical
 from textual.events import Click
 from textual.message import Message
 from textual.widgets import Static
 
+from railui.desk.messages import JobFailed
 from railui.desk.presenters.design_results import Comparison
 
 PAGES: Final = {
@@ -51,6 +53,12 @@ class ResultPage(Vertical):
     def arrange_parts(self) -> None:
         """Show as many parts as fit, from number `view` on."""
         raise NotImplementedError
+
+    @on(JobFailed)
+    def _on_failed(self, message: JobFailed) -> None:
+        message.stop()
+        if not message.is_stopped:
+            self.set_status(message.text)
 
     def set_status(self, text: str) -> None:
         """Show what the page does in the line of the pages."""

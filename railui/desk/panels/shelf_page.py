@@ -14,7 +14,7 @@ from textual.containers import Vertical
 from textual.message import Message
 from textual.widgets import Static
 
-from railui.desk.messages import JobDone, JobFailed, PartChanged, ProgressEvent
+from railui.desk.messages import JobDone, PartChanged, ProgressEvent
 from railui.desk.panels.common import Pane, set_titles
 from railui.desk.panels.result_pages import ResultPage
 from railui.desk.presenters.design_results import Comparison, DesignResults
@@ -159,12 +159,6 @@ class ShelfPage(ResultPage):
     def _on_done(self, message: JobDone) -> None:
         message.stop()
         self.set_status("")
-
-    @on(JobFailed)
-    def _on_failed(self, message: JobFailed) -> None:
-        message.stop()
-        if not message.is_stopped:
-            self.set_status(message.text)
 
     # commands
 

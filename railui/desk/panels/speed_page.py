@@ -6,7 +6,7 @@ from textual import on
 from textual.app import ComposeResult
 from textual.containers import Grid
 
-from railui.desk.messages import JobDone, JobFailed, ProgressEvent
+from railui.desk.messages import JobDone, ProgressEvent
 from railui.desk.panels.common import arrange_grid, set_titles
 from railui.desk.panels.result_pages import ResultPage
 from railui.desk.presenters.critical_speeds import CriticalSpeeds
@@ -89,12 +89,6 @@ class SpeedPage(ResultPage):
     def _on_done(self, message: JobDone) -> None:
         message.stop()
         self._show_status()
-
-    @on(JobFailed)
-    def _on_failed(self, message: JobFailed) -> None:
-        message.stop()
-        if not message.is_stopped:
-            self.set_status(message.text)
 
     def _show_status(self) -> None:
         if self.results is None:

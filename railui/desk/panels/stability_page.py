@@ -11,7 +11,7 @@ from textual.app import ComposeResult
 from textual.containers import Grid
 from textual.widgets import Static
 
-from railui.desk.messages import JobDone, JobFailed, ProgressEvent
+from railui.desk.messages import JobDone, ProgressEvent
 from railui.desk.panels.common import PLOT_COLUMNS, PLOT_ROWS, Pane, set_titles
 from railui.desk.panels.result_pages import ResultPage
 from railui.desk.panels.search_layout import Layout, Placed, apply_layout
@@ -104,12 +104,6 @@ class StabilityPage(ResultPage):
     def _on_done(self, message: JobDone) -> None:
         message.stop()
         self.set_status("")
-
-    @on(JobFailed)
-    def _on_failed(self, message: JobFailed) -> None:
-        message.stop()
-        if not message.is_stopped:
-            self.set_status(message.text)
 
     # drawing
 

@@ -12,11 +12,10 @@ from textual.app import ComposeResult
 from textual.containers import Grid
 from textual.timer import Timer
 
-from railui.desk.messages import JobFailed
 from railui.desk.panels.common import PLOT_ROWS, set_titles
 from railui.desk.panels.result_pages import ResultPage
 from railui.desk.panels.search_layout import Layout, Placed, apply_layout
-from railui.desk.presenters.design_results import Comparison
+from railui.desk.presenters.design_results import Comparison, DesignResults
 from railui.desk.presenters.schematic import (
     CYCLE_POINTS,
     CYCLE_SECONDS,
@@ -49,6 +48,7 @@ class VehiclePage(ResultPage):
     def __init__(self, *, id: str) -> None:
         super().__init__(id=id)
         self.motion: VehicleMotion | None = None
+        self._shown: DesignResults | None = None  # whose motion it is
         self.seconds = 0.0  # of the picture
         self.is_playing = True
         self._runner = LatestJobRunner(self, "motion")
@@ -65,7 +65,8 @@ class VehiclePage(ResultPage):
         self.results = results
         if results is None:
             return
-        self._runner.submit(partial(compute_motion, results[0]))
+        if self._shown is not results[0]:
+            self._runner.submit(partial(compute_motion, results[0]))
         if self._timer is None:
             self.is_playing = self.app.animation_level != "none"
             self._timer = self.set_interval(FRAME_INTERVAL, self._tick)
@@ -86,13 +87,8 @@ class VehiclePage(ResultPage):
     def _on_motion(self, message: MotionComputed) -> None:
         message.stop()
         if self.results is not None and message.results is self.results[0]:
-            self.motion = message.motion
+            self.motion, self._shown = message.motion, message.results
             self.draw()
-
-    @on(JobFailed)
-    def _on_failed(self, message: JobFailed) -> None:
-        message.stop()
-        self.set_status(message.text)
 
     @property
     def modes(self) -> list[TrackedMode]:

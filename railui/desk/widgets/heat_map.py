@@ -121,10 +121,10 @@ copies the map as a table.
         canvas.write(0, 0, self.cursor_text(data)[:width], self._style("cursor" if self.at else "label"))
         self._write_legend(canvas, levels)
         shades = PLAIN_SHADES if self.is_plain else SHADES
-        level = np.searchsorted(levels, stretched(data.z, frame.height, frame.width), "right")
+        z = stretched(data.z, frame.height, frame.width)
+        level = np.searchsorted(levels, z, "right")
         styles = [self._style(f"level{k}") for k in range(len(SHADES))]
-        is_known = np.isfinite(stretched(data.z, frame.height, frame.width))
-        for row, column in np.argwhere(is_known):
+        for row, column in np.argwhere(np.isfinite(z)):
             k = int(level[row, column])
             canvas.put(frame.left + int(column), frame.foot - 1 - int(row), shades[k], styles[k])
         self._write_axes(canvas, frame, data)

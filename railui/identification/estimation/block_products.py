@@ -30,8 +30,12 @@ def block_gram(series: FloatArray, length: int) -> FloatArray:
     return np.asarray(cut @ cut.transpose(0, 1, 3, 2))
 
 
-def scaled_inverse(gram: FloatArray, cutoff: float) -> FloatArray:
-    """Invert a symmetric matrix after scaling its diagonal to 1, without directions below `cutoff` of the largest."""
+def scaled_inverse(gram: FloatArray, cutoff: float | None = None) -> FloatArray:
+    """Invert a symmetric matrix after scaling its diagonal to 1, without directions below `cutoff` of the largest.
+
+    cutoff: that of rounding by default.
+    """
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    cutoff = len(gram) * float(np.finfo(float).eps) if cutoff is None else cutoff
     unit = gram * np.outer(scale, scale)
     return np.asarray(np.linalg.pinv(unit, rcond=cutoff, hermitian=True) * np.outer(scale, scale))
