@@ -19,9 +19,10 @@ from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.services.child_job import run_in_child
 from railui.desk.services.jobs import BackgroundJob
+from railui.desk.widgets.dialogs import QuestionDialog
 from railui.desk.widgets.form import Form
 from railui.progress import Progress
-from tests.desk.conftest import REPOSITORY, OpenDesk
+from tests.desk.conftest import OpenDesk
 
 pytestmark = pytest.mark.asyncio
 METHODS = ("simulate", "ride_statistics", "eigenvalues")
@@ -56,15 +57,19 @@ async def test_rides_and_pages_are_computed_off_the_interface(
     assert threads and threading.main_thread() not in threads
 
 
-async def test_a_loop_runs_in_a_process_of_its_own(open_desk: OpenDesk, threads: set[threading.Thread]) -> None:
-    async with open_desk(REPOSITORY / "designs/campaigns/worn_axle_box", size=(120, 40)) as keys:
+async def test_a_loop_runs_in_a_process_of_its_own_that_is_paused_and_stopped(
+    open_desk: OpenDesk, short_campaign: Path, threads: set[threading.Thread]
+) -> None:
+    async with open_desk(short_campaign, size=(120, 40)) as keys:
         panel = keys.desk.query_one(CampaignPanel)
         threads.clear()
         await keys.pilot.press("s")
         await keys.wait_until(lambda: panel.history.iteration is not None)
         await keys.pilot.press("p")
         assert panel.job is not None and panel.job.is_paused
-        await keys.pilot.press("k")
+        await keys.pilot.press("ctrl+q")  # asks first, because it runs
+        await keys.wait_until(lambda: isinstance(keys.desk.screen, QuestionDialog), 10.0)
+        await keys.pilot.press("c", "k")
         await keys.wait_until(lambda: panel.job is None)
         assert panel.finished is None and panel.history.activity == "stopped"
     assert not threads

@@ -64,7 +64,7 @@ async def test_a_stopped_search_is_resumed(open_desk: OpenDesk, study: Path) -> 
     async with open_desk(study) as keys:
         panel = keys.desk.query_one(OptimisePanel)
         assert panel.plan is not None
-        panel.set_plan(replace(panel.plan, generations=40))
+        panel.set_plan(replace(panel.plan, generations=16))
         await keys.pilot.press("s")
         await keys.wait_until(lambda: len(panel.generations) >= 2)
         await keys.pilot.press("k")
@@ -75,7 +75,7 @@ async def test_a_stopped_search_is_resumed(open_desk: OpenDesk, study: Path) -> 
         first = panel.generations[0].objectives
         await keys.press("s")
         await keys.wait_until(lambda: panel.result is not None)
-        assert len(panel.generations) == 40 and (panel.generations[0].objectives == first).all()
+        assert len(panel.generations) == 16 and (panel.generations[0].objectives == first).all()
 
 
 async def test_the_default_plan_varies_the_design_in_the_form(open_desk: OpenDesk, bogie: Path) -> None:
@@ -109,17 +109,17 @@ async def test_the_study_file_of_a_plan_reads_back_the_same(study: Path) -> None
     assert (again.population, again.generations, again.seeds) == (16, 4, "1")
 
 
-@pytest.mark.parametrize("directory", ["{file}/inside/study", "/proc/nowhere/study", "", "~nobody-of-this-name/study"])
-async def test_an_unwritable_directory_is_reported(open_desk: OpenDesk, study: Path, directory: str) -> None:
+async def test_an_unwritable_directory_is_reported(open_desk: OpenDesk, study: Path) -> None:
     async with open_desk(study, size=(160, 48)) as keys:
         panel = keys.desk.query_one(OptimisePanel)
         assert panel.plan is not None
         good = panel.plan
-        panel.set_plan(replace(good, directory=directory.format(file=study)))
-        await keys.press("s")
-        assert panel.job is None and panel.result is None
-        assert panel.search_view.activity.endswith("change the directory of the plan")
-        assert panel.search_view.activity in [notification.message for notification in keys.desk._notifications]
+        for directory in (f"{study}/inside/study", "/proc/nowhere/study", "", "~nobody-of-this-name/study"):
+            panel.set_plan(replace(good, directory=directory))
+            await keys.press("s")
+            assert panel.job is None and panel.result is None
+            assert panel.search_view.activity.endswith("change the directory of the plan")
+            assert panel.search_view.activity in [notification.message for notification in keys.desk._notifications]
         panel.set_plan(replace(good, generations=1))
         await keys.press("s")
         await keys.wait_until(lambda: panel.result is not None)
