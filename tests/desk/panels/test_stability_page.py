@@ -49,7 +49,7 @@ async def check_modes(keys: Keyboard) -> None:
     labels = [line.label for line in plot.data.lines]
     assert labels[0] == "1 hunting" and {"2 frame yaw", "3 frame lateral"} <= set(labels)
     text = str(keys.desk.query_one("#modes", Static).content)
-    assert all(label in text for label in labels), (labels, text)
+    assert all(label in text for label in labels)
     roles = [line.role for line in plot.data.lines]
     marks = {mark.character: mark for mark in plot.data.marks}
     assert [marks[label[0]].role for label in labels] == roles
