@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from railui.api.design import Design
     from railui.api.files import check, diff, schema
     from railui.api.fit import Fit, adjust
-    from railui.api.fleet import fleet_status, update_fleet
+    from railui.api.fleet import fleet_block_means, fleet_status, update_fleet
     from railui.api.fmu import export_fmu, fmu_inputs
     from railui.api.library import effects
     from railui.api.loading import load
@@ -85,6 +85,7 @@ __all__ = [
     "effects",
     "export_fmu",
     "export_state_space",
+    "fleet_block_means",
     "fleet_status",
     "fmu_inputs",
     "import_recording",
@@ -150,6 +151,7 @@ _MODULES = {
     "effects": "railui.api.library",
     "export_fmu": "railui.api.fmu",
     "export_state_space": "railui.api.response",
+    "fleet_block_means": "railui.api.fleet",
     "fleet_status": "railui.api.fleet",
     "fmu_inputs": "railui.api.fmu",
     "import_recording": "railui.api.recordings",

@@ -11,6 +11,7 @@ from railui.api.document import json_document
 from railui.progress import SILENT, Progress
 
 if TYPE_CHECKING:
+    from railui.fleet.block_means import BlockMeans
     from railui.fleet.engine import Update
     from railui.parallel import Pool
 
@@ -30,7 +31,7 @@ def update_fleet(
     progress: Progress = SILENT,
     warn: Callable[[Sequence[Any]], None] | None = None,
 ) -> dict[str, Any]:
-    """Compute new runs of a fleet, test all vehicles, write fleet.json and fleet.html, as `railui fleet run`.
+    """Compute new runs of a fleet, test all vehicles and write the results, as `railui fleet run`.
 
     Parameters
     ----------
@@ -64,6 +65,7 @@ def update_fleet(
         For results that cannot be written.
     """
     from railui.execution.lock import Lock
+    from railui.fleet.block_means import BLOCK_MEANS, write_block_means
     from railui.fleet.check import with_warnings
     from railui.fleet.engine import update_fleet as compute
     from railui.fleet.fleet_file import load_fleet
@@ -95,6 +97,7 @@ def update_fleet(
         body = {"runs": _counts(update), **found}
         document = json_document("fleet", body, [loaded.source], seed)
         write_text(directory / DOCUMENT, json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+        write_block_means(states, directory / BLOCK_MEANS)
         write_fleet_page(loaded, document, states, directory / PAGE)
     finally:
         store.close()
@@ -122,8 +125,7 @@ def fleet_status(fleet: str | Path, out: str | Path | None = None, since: str | 
     from railui.fleet.schema import read_time
     from railui.io.problems import file_problem
 
-    source = Path(fleet)
-    file = results_directory(source if source.is_dir() else source.parent, out) / DOCUMENT
+    file = _results_of(fleet, out) / DOCUMENT
     if not file.is_file():
         raise file_problem(file, "does not exist", f"run `railui fleet run {fleet}` first")
     document: dict[str, Any] = json.loads(file.read_text("utf-8"))
@@ -133,6 +135,29 @@ def fleet_status(fleet: str | Path, out: str | Path | None = None, since: str | 
         for section in document["sections"]:
             section["alarms"] = [row for row in section["alarms"] if read_time(row["raised"]) >= first]
     return document
+
+
+def fleet_block_means(fleet: str | Path, out: str | Path | None = None) -> list[BlockMeans]:
+    """Return the block means of every vehicle type as they were found last: measured, expected, sums of the tests.
+
+    Parameters
+    ----------
+    fleet, out
+        As for `update_fleet`.
+
+    Raises
+    ------
+    FileProblems
+        Where there are no results, or damaged ones.
+    """
+    from railui.fleet.block_means import BLOCK_MEANS, read_block_means
+
+    return read_block_means(_results_of(fleet, out) / BLOCK_MEANS)
+
+
+def _results_of(fleet: str | Path, out: str | Path | None) -> Path:
+    source = Path(fleet)
+    return results_directory(source if source.is_dir() else source.parent, out)
 
 
 def results_directory(home: Path, out: str | Path | None) -> Path:

@@ -67,7 +67,7 @@ def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, cal
         if cluster is not None:
             cluster.close()
     _show(call, document)
-    call.info(f"wrote to {out or 'railui-fleet next to the file'}: {DOCUMENT}, {PAGE}, fleet.sqlite")
+    call.info(f"wrote to {out or 'railui-fleet next to the file'}: {DOCUMENT}, {PAGE}, fleet.npz, fleet.sqlite")
     call.write_json(document)
 
 

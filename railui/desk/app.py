@@ -29,6 +29,7 @@ from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.common import PANELS, PanelTabs
 from railui.desk.panels.design import DesignPanel
+from railui.desk.panels.fleet import FleetPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
 from railui.desk.presenters.choices import find_files
@@ -86,6 +87,7 @@ class Desk(App[None]):
             yield OptimisePanel(id="optimise")
             yield TrackPanel(id="track")
             yield CapturePanel(id="capture")
+            yield FleetPanel(id="fleet")
         yield Footer(compact=True, show_command_palette=False)
 
     def on_mount(self) -> None:
@@ -135,7 +137,7 @@ class Desk(App[None]):
         return self.query_one(DesignPanel)
 
     def open(self, path: Path) -> None:
-        """Open a design, a campaign or a study in its panel, or show the problems of the file."""
+        """Open a design, a campaign, a study or a fleet in its panel, or show the problems of the file."""
         try:
             kind = file_kind(path)
             if kind == "campaign":
@@ -145,6 +147,10 @@ class Desk(App[None]):
             if kind == "study":
                 self.query_one(OptimisePanel).open(path)
                 self.action_panel("optimise")
+                return
+            if kind == "fleet":
+                self.query_one(FleetPanel).open(path)
+                self.action_panel("fleet")
                 return
             draft = Draft.load(path, self.design_panel.conditions)
         except (FileProblems, OSError) as error:
@@ -159,7 +165,7 @@ class Desk(App[None]):
     def action_open(self) -> None:
         directory = Path.cwd()
         choices = [(str(p), str(p.relative_to(directory))) for p in find_files(directory)]
-        self.push_screen(ChoiceDialog("Open a design, campaign or study", choices, free=True), self._open_chosen)
+        self.push_screen(ChoiceDialog("Open a design, campaign, study or fleet", choices, free=True), self._open_chosen)
 
     def _open_chosen(self, chosen: str | None) -> None:
         if chosen is None:
@@ -168,7 +174,7 @@ class Desk(App[None]):
         kind = file_kind(path)
         if kind == "campaign":
             self.query_one(CampaignPanel).request_open(path, lambda: self.open(path))
-        elif kind == "study":
+        elif kind in ("study", "fleet"):
             self.open(path)
         else:
             self.ending.after_saving(lambda: self.open(path))
@@ -213,7 +219,7 @@ class Desk(App[None]):
         draft = self.design_panel.draft
         if draft is None:
             return
-        status = Text(f"{draft.name}{' ●' if draft.is_modified else '  '}")
+        status = Text(f"{draft.name.removesuffix('.yaml')}{' ●' if draft.is_modified else '  '}")
         self.query_one("#status", Static).update(status, layout=draft.name != self._shown_name)
         self._shown_name = draft.name
         self.session.store_form()

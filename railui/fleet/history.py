@@ -115,3 +115,9 @@ class Monitor:
             threshold,
             np.zeros(vehicles, dtype=np.int64),
         )
+
+    def largest_sums(self) -> FloatArray:
+        """Return the largest sum of every test over the threshold [v, q]; that of a fall is negative."""
+        sums = np.where(self.upper >= self.lower, self.upper, -self.lower)
+        largest = np.take_along_axis(sums, np.abs(sums).argmax(axis=0)[None], axis=0)[0]
+        return np.asarray(largest / self.threshold)

@@ -15,6 +15,7 @@ from railui.io.problems import suggest_name
 from railui.io.units import UnitError, quantity, read_speed
 
 SECONDS_PER_DAY: Final = 86400.0
+FIRST_DATE: Final = 3652.0  # day of 1980; smaller times are numbers of days and not dates
 DEFAULT_WATCH: Final = ("free_play", "dry_friction", "sensor_gain")
 TIME_REMEDY: Final = "write 2026-03-01, 2026-03-01T06:30, or a number of days"
 
@@ -44,7 +45,7 @@ def time_text(days: float) -> str:
     >>> time_text(20500.25), time_text(12.0)
     ('2026-02-16', '12')
     """
-    if days < 3652:
+    if days < FIRST_DATE:
         return f"{round(days, 1):g}"
     return datetime.fromtimestamp(days * SECONDS_PER_DAY, UTC).date().isoformat()
 

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from railui.arrays import FloatArray
 from railui.fleet.alarm import Alarm, explain_alarm
 from railui.fleet.course import Course, arrival
 from railui.fleet.cusum import DAYS_PER_MONTH
@@ -112,7 +113,7 @@ def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, 
         "change": alarm.change * quantity.scale,
         "change_sd": alarm.change_sd * quantity.scale,
         "relative_change": alarm.change if quantity.kind == PARAMETER else None,
-        "unit": _unit(state.type, quantity),
+        "unit": quantity_unit(state.type, quantity),
         "onset": _onset(course),
         "rate_per_month": None if course is None else course.rate * DAYS_PER_MONTH * quantity.scale,
         "rate_per_month_sd": None if course is None else course.rate_sd * DAYS_PER_MONTH * quantity.scale,
@@ -122,7 +123,8 @@ def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, 
     }
 
 
-def _unit(vehicle_type: VehicleType, quantity: Quantity) -> str:
+def quantity_unit(vehicle_type: VehicleType, quantity: Quantity) -> str:
+    """Return the unit of a quantity in documents."""
     design = vehicle_type.campaign.design
     return design.unit(quantity.name) if quantity.kind == PARAMETER else "1"
 
@@ -192,19 +194,19 @@ def _section_rows(state: TypeState) -> list[dict[str, Any]]:
 
 def _parameter_rows(state: TypeState) -> list[dict[str, Any]]:
     """Fleet mean, spread of the vehicles, slopes, and the present value of every vehicle."""
-    rows = []
+    rows, largest = [], state.monitor.largest_sums()
     for j, (quantity, model) in enumerate(zip(state.data.quantities, state.monitor.models, strict=True)):
         row = {
             "quantity": quantity.name,
             "type": state.type.name,
             "kind": quantity.kind,
-            "unit": _unit(state.type, quantity),
+            "unit": quantity_unit(state.type, quantity),
             "mean": quantity.scale * float(model.fixed[0]),
             "mean_sd": quantity.scale * float(model.fixed_sd[0]),
             "vehicle_sd": quantity.scale * math.sqrt(model.level_variance),
             "section_sd": quantity.scale * math.sqrt(model.cell_variance),
             **_slopes(quantity, model),
-            "vehicles": _present(state, j),
+            "vehicles": _present(state, j, largest[:, j]),
         }
         rows.append(row)
     return rows
@@ -218,8 +220,8 @@ def _slopes(quantity: Quantity, model: MixedModel) -> dict[str, float]:
     return slopes
 
 
-def _present(state: TypeState, j: int) -> dict[str, dict[str, float | None]]:
-    """Last corrected value, its standard deviation, and its score in the fleet, by vehicle."""
+def _present(state: TypeState, j: int, largest: FloatArray) -> dict[str, dict[str, float | None]]:
+    """Last corrected value, its standard deviation, its score in the fleet and its largest sum, by vehicle."""
     data, monitor, model = state.data, state.monitor, state.monitor.models[j]
     scale = data.quantities[j].scale
     found: dict[str, dict[str, float | None]] = {}
@@ -231,5 +233,10 @@ def _present(state: TypeState, j: int) -> dict[str, dict[str, float | None]]:
         sd = math.sqrt(max(float(last.aa[v, j] + 2 * use * last.ab[v, j] + use**2 * last.bb[v, j]), 0.0))
         usual = float(model.fixed[0] + model.fixed[3] * use)
         spread = math.sqrt(model.level_variance + sd**2) or 1.0
-        found[name] = {"value": scale * value, "sd": scale * sd, "score": (value - usual) / spread}
+        found[name] = {
+            "value": scale * value,
+            "sd": scale * sd,
+            "score": (value - usual) / spread,
+            "largest_sum": float(largest[v]),
+        }
     return found

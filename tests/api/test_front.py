@@ -32,7 +32,7 @@ FUNCTIONS = {
     "adjust": ["adjust"],
     "loop": ["loop"],
     "plan": ["plan", "next_runs"],
-    "fleet": ["update_fleet", "fleet_status"],
+    "fleet": ["update_fleet", "fleet_status", "fleet_block_means"],
     "optimise": ["optimise"],
     "status": ["status"],
     "diff": ["diff"],

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from textual.pilot import Pilot
 
+from railui.api.fleet import update_fleet
 from railui.desk.app import Desk
 from railui.desk.heartbeat import tune_interpreter
 from railui.desk.panels.campaign import CampaignPanel
@@ -27,6 +28,7 @@ from railui.desk.panels.speed_page import SpeedPage
 from railui.desk.panels.stability_page import StabilityPage
 from railui.desk.panels.vehicle_page import VehiclePage
 from railui.desk.widgets.heat_map import HeatMap
+from tests.truth.rig_fleet import RigFleet, write
 
 REPOSITORY = Path(__file__).parents[2]
 OUT = REPOSITORY / "docs/shots"
@@ -176,12 +178,21 @@ async def capture() -> None:
         take(desk, "replay")
 
 
+async def fleet() -> None:
+    write(RigFleet(), Path("rigs"))
+    update_fleet("rigs")
+    desk = Desk(Path("rigs/fleet.yaml"))
+    async with desk.run_test(size=(132, 40)) as pilot:
+        await wait_until_idle(desk, pilot)
+        take(desk, "fleet")
+
+
 if __name__ == "__main__":
     tune_interpreter()
     wanted = sys.argv[1:]
     with tempfile.TemporaryDirectory() as scratch:
         os.environ["XDG_STATE_HOME"] = scratch
         os.chdir(scratch)
-        for part in (design_and_optimise, campaign, capture, plain):
+        for part in (design_and_optimise, campaign, capture, fleet, plain):
             if not wanted or part.__name__ in wanted:
                 asyncio.run(part())

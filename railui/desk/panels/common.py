@@ -21,7 +21,9 @@ PANELS = {
     "optimise": ("f4", "Optimise"),
     "track": ("f5", "Track"),
     "capture": ("f6", "Capture"),
+    "fleet": ("f7", "Fleet"),
 }
+SHORT_TITLE = 5  # letters of the titles of panels where there is little room
 PLOT_COLUMNS = 44  # minimum width of a plot in a grid, in cells
 LAST_STOP_SECONDS = 1.0  # s for a computation to stop when the desk ends
 PLOT_ROWS = 11  # minimum height
@@ -34,21 +36,43 @@ COPY = Binding("c", "copy", "Copy", show=False)
 
 
 class PanelTabs(Static):
-    """Names of the panels with their keys, in one line."""
+    """Names of the panels with their keys, in one line; short ones where there is little room."""
+
+    def __init__(self, *, id: str) -> None:
+        super().__init__(id=id)
+        self.current = next(iter(PANELS))
+
+    @property
+    def _cells(self) -> list[tuple[str, str, str]]:
+        """Name, shown key and shown title of each panel."""
+        room = self.content_size.width or 1000
+        cells = []
+        for gap, letters in ((" ", 100), ("", 100), ("", SHORT_TITLE)):
+            cells = [
+                (name, f" {key.upper()} ", (title if name == self.current else title[:letters]) + gap)
+                for name, (key, title) in PANELS.items()
+            ]
+            if sum(len(key) + len(title) for _, key, title in cells) <= room:
+                break
+        return cells
 
     def show(self, current: str) -> None:
         """Mark the open panel."""
+        self.current = current
         text = Text(no_wrap=True, overflow="ellipsis")
-        for name, (key, title) in PANELS.items():
-            text.append(f" {key.upper()} ", "dim")
-            text.append(title, "bold reverse" if name == current else "")
-            text.append(" ")
-        self.update(text)
+        for name, key, title in self._cells:
+            text.append(key, "dim")
+            text.append(title.rstrip(), "bold reverse" if name == current else "")
+            text.append(" " * (len(title) - len(title.rstrip())))
+        self.update(text, layout=False)
+
+    def on_resize(self) -> None:
+        self.show(self.current)
 
     def on_click(self, event: Click) -> None:
         start = 0
-        for name, (key, title) in PANELS.items():
-            end = start + len(key) + len(title) + 4
+        for name, key, title in self._cells:
+            end = start + len(key) + len(title)
             if start <= event.x < end:
                 self.app.call_later(self.app.run_action, f"panel('{name}')")
             start = end

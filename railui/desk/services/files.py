@@ -58,7 +58,7 @@ def save_state(state: dict[str, Any]) -> None:
 
 
 def file_kind(path: Path) -> str:
-    """Return the kind of a file: campaign (also for a directory), study or design.
+    """Return the kind of a file: campaign (also for a directory), study, fleet or design.
 
     Files that cannot be read count as designs: reading them as such reports their problems.
     """
@@ -68,4 +68,4 @@ def file_kind(path: Path) -> str:
         kind = document_kind(load_yaml(path).value)
     except (FileProblems, OSError):
         return "design"
-    return kind if kind in ("campaign", "study") else "design"
+    return kind if kind in ("campaign", "study", "fleet") else "design"

@@ -18,6 +18,7 @@ from railui.desk.widgets.cursor import CURSOR_STYLE, cursor_mark
 from railui.desk.widgets.keys import hidden_bindings
 
 GAP = 2  # columns between two columns of the table
+LEVELS = (1, 2, 3)  # shades of a cell
 PLAIN_MARKS = str.maketrans("‹›", "<>")
 
 
@@ -26,7 +27,8 @@ class Column:
     """Column of a table.
 
     heads: lines above it; short_heads: the same in few characters; cells: texts; values: numbers by which rows are
-    ordered; marks: a character after each cell, such as › at an upper bound; is_text: the cells are words.
+    ordered; marks: a character after each cell, such as › at an upper bound; is_text: the cells are words; levels:
+    shade of each cell, from 0, none, to 3.
     """
 
     heads: tuple[str, ...]
@@ -35,6 +37,7 @@ class Column:
     values: tuple[float, ...]
     marks: str = ""
     is_text: bool = False
+    levels: tuple[int, ...] = ()
 
     def padded(self, text: str, width: int) -> str:
         """Return a head or a cell in a width: words at the left, numbers at the right."""
@@ -48,7 +51,13 @@ class Column:
 class Table(ScrollView, can_focus=True):
     """Rows of numbers under headings; the first column stays at the left."""
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {"table--head", "table--text", "table--mark", "table--column"}
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "table--head",
+        "table--text",
+        "table--mark",
+        "table--column",
+        *(f"table--level{k}" for k in LEVELS),
+    }
     BINDINGS: ClassVar[list[Any]] = hidden_bindings(
         ("up", "go(-1)", "Row up"),
         ("down", "go(1)", "Row down"),
@@ -76,6 +85,18 @@ at least, that of the row under the cursor; `u` shows all rows again. `y` copies
 
         table: Table
         index: int
+
+        @property
+        def control(self) -> Table:
+            """Widget that sent the message."""
+            return self.table
+
+    @dataclass
+    class ColumnSelected(Message):
+        """The cursor has moved to another column; column: its number."""
+
+        table: Table
+        column: int
 
         @property
         def control(self) -> Table:
@@ -164,7 +185,8 @@ at least, that of the row under the cursor; `u` shows all rows again. `y` copies
 
     def render_line(self, y: int) -> Strip:
         width = self.scrollable_content_region.width
-        style = {part: self.get_component_rich_style(f"table--{part}") for part in ("head", "text", "mark", "column")}
+        parts = ("head", "text", "mark", "column", *(f"level{k}" for k in LEVELS))
+        style = {part: self.get_component_rich_style(f"table--{part}") for part in parts}
         if not self.columns:
             return Strip([Segment(self.placeholder[:width] if y == 0 else "", style["text"])]).adjust_cell_length(
                 width, self.rich_style
@@ -202,7 +224,8 @@ at least, that of the row under the cursor; `u` shows all rows again. `y` copies
             column = self.columns[i]
             mark = column.marks[row] if column.marks else " "
             cell = column.padded(column.cells[row], column.width(self.is_short) - 1)
-            segments.append(Segment(cell, style["text"]))
+            level = column.levels[row] if column.levels else 0
+            segments.append(Segment(cell, style[f"level{level}" if level else "text"]))
             segments.append(Segment(mark.translate(PLAIN_MARKS) if is_plain else mark, style["mark"]))
             segments.append(Segment(" " * (GAP - 1), style["text"]))
         return segments
@@ -225,6 +248,20 @@ at least, that of the row under the cursor; `u` shows all rows again. `y` copies
         self.line = self.order.index(index)
         self._show_cursor()
         self.refresh()
+
+    def show_column(self, column: int) -> None:
+        """Move the cursor to a column without a message, and scroll to it."""
+        self.column = min(len(self.columns) - 1, max(1, column))
+        self.first = min(self.first, self.column)
+        self._scroll_to_column()
+        self.refresh()
+
+    def _scroll_to_column(self) -> None:
+        """Scroll until the column under the cursor is shown."""
+        if not self.scrollable_content_region.width:
+            return
+        while self.first < self.column and self.column not in self.shown_columns():
+            self.first += 1
 
     def _move_to(self, line: int) -> None:
         self.place(self.order[line])
@@ -253,14 +290,13 @@ at least, that of the row under the cursor; `u` shows all rows again. `y` copies
 
     def on_resize(self) -> None:
         self.virtual_size = Size(0, len(self.order) + self.head_count)  # short headings have fewer lines
+        self.first = 1
+        self._scroll_to_column()
         self.call_after_refresh(self._show_cursor)
 
     def action_column(self, by: int) -> None:
-        self.column = min(len(self.columns) - 1, max(1, self.column + by))
-        self.first = min(self.first, self.column)
-        while self.column not in self.shown_columns() and self.first < self.column:
-            self.first += 1
-        self.refresh()
+        self.show_column(self.column + by)
+        self.post_message(self.ColumnSelected(self, self.column))
 
     def action_order(self) -> None:
         if not self.columns:
@@ -278,6 +314,7 @@ at least, that of the row under the cursor; `u` shows all rows again. `y` copies
             width = self.columns[i].width(self.is_short) + GAP - 1
             if 0 <= x < width and i:
                 self.column = i
+                self.post_message(self.ColumnSelected(self, i))
             x -= width
         line = y - self.head_count + int(self.scroll_offset.y)
         if 0 <= y < self.head_count:

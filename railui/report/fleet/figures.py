@@ -10,7 +10,7 @@ import numpy as np
 from railui.fleet.alarm import Alarm, mean_use
 from railui.fleet.course import QUANTILE
 from railui.fleet.observations import PARAMETER
-from railui.fleet.schema import SECONDS_PER_DAY
+from railui.fleet.schema import FIRST_DATE, SECONDS_PER_DAY
 from railui.fleet.status import TypeState
 from railui.report.figures.drawing import BLUE, GREY, ORANGE, Picture, draw_picture
 
@@ -20,21 +20,18 @@ if TYPE_CHECKING:
 CELL: Final = (0.2, 0.14)  # inch, width and height of a cell of the map
 LABELS: Final = (0.7, 0.055)  # inch for the names of the vehicles, and of a letter of the quantities
 MAX_SCORE: Final = 6.0  # at which the colours end
-NUMBERED_DAYS: Final = 3652.0  # below, times are days and not dates
 
 
 def fleet_map(state: TypeState) -> Picture:
     """Draw the score of the largest CUSUM of every vehicle and quantity, over its threshold."""
-    data, monitor = state.data, state.monitor
-    sums = np.where(monitor.upper >= monitor.lower, monitor.upper, -monitor.lower)
-    reached = np.take_along_axis(sums, np.abs(sums).argmax(axis=0)[None], axis=0)[0] / monitor.threshold
+    data = state.data
     names = [q.name for q in data.quantities]
     top = LABELS[1] * max(map(len, names)) + 0.2
     width = LABELS[0] + CELL[0] * len(names) + 0.5
     height = top + CELL[1] * len(data.vehicles) + 0.2
 
     def draw(ax: Axes) -> None:
-        image = ax.imshow(reached, cmap="RdBu_r", aspect="auto", vmin=-1.0, vmax=1.0)
+        image = ax.imshow(state.monitor.largest_sums(), cmap="RdBu_r", aspect="auto", vmin=-1.0, vmax=1.0)
         ax.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
         ax.set_yticks(range(len(data.vehicles)), data.vehicles, fontsize=5 if len(data.vehicles) > 30 else 7)
         ax.tick_params(length=0, labeltop=True, labelbottom=False, top=False, bottom=False)
@@ -104,11 +101,11 @@ def section_picture(state: TypeState) -> Picture:
 
 def _axis_label(days: Any) -> str:
     """Return the label of an axis of times [day]."""
-    return "time [days]" if len(days) and days[0] < NUMBERED_DAYS else "date"
+    return "time [days]" if len(days) and days[0] < FIRST_DATE else "date"
 
 
 def _axis(days: Any) -> list[Any]:
     """Return dates, or numbers of days."""
-    if len(days) and days[0] < NUMBERED_DAYS:
+    if len(days) and days[0] < FIRST_DATE:
         return [float(day) for day in days]
     return [datetime.fromtimestamp(float(day) * SECONDS_PER_DAY, UTC) for day in days]

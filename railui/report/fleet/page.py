@@ -29,7 +29,7 @@ def write_fleet_page(fleet: Fleet, document: Mapping[str, Any], states: Sequence
                 "map": fleet_map(state),
                 "sections": section_picture(state) if len(state.data.sections) > 1 else None,
                 "alarms": [
-                    {**_alarm(row), "picture": history_picture(state, alarm) if i < MAX_HISTORIES else None}
+                    {**alarm_texts(row), "picture": history_picture(state, alarm) if i < MAX_HISTORIES else None}
                     for i, (row, alarm) in enumerate(shown)
                 ],
                 "parameters": [_parameter(row) for row in document["parameters"] if row["type"] == state.type.name],
@@ -58,7 +58,8 @@ def fleet_sentence(document: Mapping[str, Any]) -> str:
     return f"{changed} of {len(vehicles)} vehicles have changed{track}."
 
 
-def _alarm(row: Mapping[str, Any]) -> dict[str, Any]:
+def alarm_texts(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the numbers of an alarm as texts, and the alarm itself as `row`."""
     onset, limit = row["onset"], row["limit"]
     change = format_with_sd(row["change"], row["change_sd"])
     relative = "" if row["relative_change"] is None else f" ({100 * row['relative_change']:+.1f} %)"

@@ -1,0 +1,90 @@
+"""Tables of the fleet panel: vehicles by quantities with the sums of their tests, and alarms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from railui.desk.presenters.loop_text import short_path
+from railui.desk.widgets.table import Column
+from railui.fleet.block_means import BlockMeans
+from railui.fleet.schema import read_time
+from railui.report.numbers import DASH
+
+LEVELS: Final = (0.5, 0.75, 1.0)  # of a sum over its threshold, from which a cell is shaded; 1: an alarm
+HEAD_LETTERS: Final = 16
+Alarms = Sequence[Mapping[str, Any]]
+
+
+def vehicle_columns(document: Mapping[str, Any], means: BlockMeans | None) -> list[Column]:
+    """Return a row per vehicle of a type: verdict, alarms, and the largest sum of every test over its threshold."""
+    if means is None:
+        return []
+    rows = {row["vehicle"]: row for row in document["vehicles"] if row["type"] == means.type}
+    states = [rows[name] for name in means.vehicles]
+    order = tuple(map(float, range(len(states))))
+    verdicts = tuple(row["verdict"] for row in states)
+    counts = tuple(row["alarms"] for row in states)
+    columns = [
+        Column(("vehicle",), ("vehicle",), means.vehicles, order, is_text=True),
+        Column(("verdict",), ("verdict",), verdicts, _alphabetic(verdicts), is_text=True),
+        Column(("alarms",), ("alarms",), tuple(map(str, counts)), tuple(map(float, counts))),
+    ]
+    for j, name in enumerate(means.quantities):
+        sums = means.largest_sum[:, j]
+        heads = quantity_heads(name)
+        cells = tuple(f"{x:+.2f}" if x else "0" for x in sums)
+        levels = tuple(int(np.searchsorted(LEVELS, abs(x), "right")) for x in sums)
+        marks = "".join("!" if level == len(LEVELS) else " " for level in levels)
+        columns.append(Column(heads, heads, cells, tuple(sums.tolist()), marks, levels=levels))
+    return columns
+
+
+FIRST_QUANTITY: Final = 3  # column of the table of vehicles
+
+
+def quantity_heads(name: str) -> tuple[str, ...]:
+    """Return the lines above the column of a quantity.
+
+    >>> quantity_heads("free_play at primary_lateral 1"), quantity_heads("error at ay1")
+    (('free_play', 'primary_lateral', '1'), ('error', 'ay1'))
+    """
+    words = name.replace(" at ", " ").split() if " at " in name else short_path(name).split()
+    return tuple(word[:HEAD_LETTERS] for word in words)
+
+
+def alarm_columns(alarms: Alarms) -> list[Column]:
+    """Return a row per alarm in the order of the days on which they were raised."""
+    if not alarms:
+        return []
+    raised = tuple(row["raised"] for row in alarms)
+    changes = tuple(np.nan if row["change"] is None else float(row["change"]) for row in alarms)
+    limits = tuple(_limit_day(row) for row in alarms)
+    columns = [Column(("raised",), ("raised",), raised, tuple(map(read_time, raised)), is_text=True)]
+    for key in ("vehicle", "verdict", "quantity"):
+        cells = tuple(row[key] for row in alarms)
+        columns.append(Column((key,), (key,), cells, _alphabetic(cells), is_text=True))
+    return [
+        *columns,
+        Column(("change",), ("change",), tuple(map(change_text, alarms)), changes),
+        Column(("limit reached",), ("limit",), limits, _alphabetic(limits)),
+    ]
+
+
+def change_text(alarm: Mapping[str, Any]) -> str:
+    """Return the change of an alarm: in per cent for a parameter."""
+    if alarm["relative_change"] is not None:
+        return f"{100 * alarm['relative_change']:+.1f} %"
+    return DASH if alarm["change"] is None else f"{alarm['change']:+.3g}"
+
+
+def _limit_day(alarm: Mapping[str, Any]) -> str:
+    limit = alarm["limit"]
+    return DASH if limit is None else limit["day"] or "not reached"
+
+
+def _alphabetic(cells: Sequence[str]) -> tuple[float, ...]:
+    places = {text: float(place) for place, text in enumerate(sorted(set(cells)))}
+    return tuple(places[text] for text in cells)
