@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
 import shutil
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
@@ -14,6 +15,7 @@ from textual.pilot import Pilot
 from railui.desk.app import Desk
 
 REPOSITORY = Path(__file__).parents[2]
+SHORT_RUN = 15.0  # s
 IDLE_ROUNDS = 4  # rounds without work after which no message is pending
 
 
@@ -79,3 +81,14 @@ def open_desk(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> OpenDesk:
 def bogie(tmp_path: Path) -> Path:
     """Copy of a design that a test may change."""
     return Path(shutil.copy(REPOSITORY / "designs/test_bogie.yaml", tmp_path))
+
+
+@pytest.fixture
+def short_campaign(tmp_path: Path) -> Path:
+    """Copy of a bundled campaign with the first SHORT_RUN seconds of its runs, whose loop takes a third of the time."""
+    directory = Path(shutil.copytree(REPOSITORY / "designs/campaigns/worn_axle_box", tmp_path / "campaign"))
+    for file in directory.glob("*.csv.gz"):
+        head, *rows = gzip.decompress(file.read_bytes()).decode().splitlines()
+        kept = [row for row in rows if float(row.split(",")[0]) < SHORT_RUN]
+        file.write_bytes(gzip.compress("\n".join([head, *kept, ""]).encode(), 1))
+    return directory

@@ -12,10 +12,10 @@ from textual.widgets._toast import Toast
 
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
-from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog, QuestionDialog
+from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog
 from railui.desk.widgets.form import Form
 from railui.desk.widgets.plot import Plot
-from tests.desk.conftest import REPOSITORY, OpenDesk
+from tests.desk.conftest import OpenDesk
 
 pytestmark = pytest.mark.asyncio
 MASS = "vehicle.frame.mass"
@@ -33,7 +33,11 @@ async def test_the_next_session_restores_file_speed_and_theme(open_desk: OpenDes
         assert panel.conditions.speed == 50.0 and keys.desk.theme == "nord"
 
 
-async def test_square_brackets_in_messages_and_names_are_literal(open_desk: OpenDesk, bogie: Path) -> None:
+async def test_square_brackets_are_literal_and_an_unreadable_state_file_is_ignored(
+    open_desk: OpenDesk, bogie: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "state/railui").mkdir(parents=True)
+    (tmp_path / "state/railui/desk.json").write_text("{not json")
     named = bogie.rename(bogie.with_name("a [bold]b.yaml"))
     async with open_desk(named) as keys:
         keys.desk.notify("add `yw [m]`, or [/b]")
@@ -45,22 +49,6 @@ async def test_square_brackets_in_messages_and_names_are_literal(open_desk: Open
         assert Content.from_markup(str(title)).plain.startswith("a [bold]b.yaml")
 
 
-async def test_an_unreadable_state_file_is_ignored(open_desk: OpenDesk, bogie: Path, tmp_path: Path) -> None:
-    (tmp_path / "state/railui").mkdir(parents=True)
-    (tmp_path / "state/railui/desk.json").write_text("{not json")
-    async with open_desk(bogie) as keys:
-        assert keys.desk.query_one(DesignPanel).results is not None
-
-
-async def test_the_palette_has_the_commands_of_the_panel_and_of_the_form(open_desk: OpenDesk, bogie: Path) -> None:
-    async with open_desk(bogie) as keys:
-        titles = {command.title for command in keys.desk.get_system_commands(keys.desk.screen)}
-        assert {"Undo", "Effect", "Save as", "Campaign panel", "Heartbeat", "Find"} <= titles
-        assert not {binding.description for binding in CampaignPanel.BINDINGS[:3]} & titles
-        await keys.press("ctrl+p")
-        assert isinstance(keys.desk.screen, CommandPalette)
-
-
 async def test_the_desk_asks_for_a_file_if_none_is_given(
     open_desk: OpenDesk, bogie: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,52 +57,6 @@ async def test_the_desk_asks_for_a_file_if_none_is_given(
         assert isinstance(keys.desk.screen, ChoiceDialog)
         await keys.press("enter")
         assert keys.desk.query_one(DesignPanel).draft is not None
-
-
-async def test_help_covers_the_panel_and_the_focused_widget(open_desk: OpenDesk, bogie: Path) -> None:
-    async with open_desk(bogie) as keys:
-        await keys.press("f1")
-        assert isinstance(keys.desk.screen, HelpDialog)
-        assert (
-            len(keys.desk.screen.texts) == 2
-            and ("]", "Page: overview, stability, speed, map, ...") in keys.desk.screen.keys
-        )
-        await keys.press("escape")
-
-
-async def test_the_mouse_moves_a_slider(open_desk: OpenDesk, bogie: Path) -> None:
-    async with open_desk(bogie, size=(160, 48)) as keys:
-        panel, form = keys.desk.query_one(DesignPanel), keys.desk.query_one(Form)
-        assert panel.draft is not None
-        row = next(i for i, r in enumerate(form.rows) if getattr(r, "path", "") == MASS)
-        begin, wide = form.slider_position(form.rows[row])  # type: ignore[arg-type]
-        await keys.pilot.mouse_down(Form, offset=(begin + wide - 1, row))
-        await keys.pilot.mouse_up(Form, offset=(begin + wide - 1, row))
-        await keys.wait_until_idle()
-        assert panel.draft.design.value(MASS) == 20_000.0  # the end of the range
-
-
-async def test_ctrl_c_copies_a_value_and_a_plot_copies_its_table(open_desk: OpenDesk, bogie: Path) -> None:
-    async with open_desk(bogie) as keys:
-        keys.desk.query_one(Form).select(MASS)
-        await keys.press("ctrl+c")
-        assert keys.desk.clipboard == "2900 kg"
-        plot = keys.desk.query_one("#view0", Plot)
-        plot.focus()
-        await keys.press("right", "Y")
-        assert keys.desk.clipboard.startswith("line\tf [Hz]\te₁ [mm²/Hz]\n")
-
-
-async def test_quitting_while_a_loop_runs_asks_first(open_desk: OpenDesk) -> None:
-    async with open_desk(REPOSITORY / "designs/campaigns/worn_axle_box") as keys:
-        await keys.pilot.press("s")
-        panel = keys.desk.query_one(CampaignPanel)
-        await keys.wait_until(lambda: panel.history.iteration is not None)
-        await keys.pilot.press("ctrl+q")
-        await keys.pilot.pause(0.3)
-        assert isinstance(keys.desk.screen, QuestionDialog)
-        await keys.pilot.press("c", "k")
-        await keys.wait_until(lambda: panel.job is None)
 
 
 async def test_an_internal_error_in_a_job_is_shown_and_logged(
@@ -140,3 +82,22 @@ async def test_a_rig_cannot_run_on_a_track(open_desk: OpenDesk, tmp_path: Path) 
         panel = keys.desk.query_one(DesignPanel)
         assert "rides no track" in panel.pane.error
         await keys.press("f4", "f5", "f2")
+
+
+async def test_palette_help_and_copying(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
+        titles = {command.title for command in keys.desk.get_system_commands(keys.desk.screen)}
+        assert {"Undo", "Effect", "Save as", "Campaign panel", "Heartbeat", "Find"} <= titles
+        assert not {binding.description for binding in CampaignPanel.BINDINGS[:3]} & titles
+        await keys.press("ctrl+p")
+        assert isinstance(keys.desk.screen, CommandPalette)
+        await keys.press("escape", "f1")
+        assert isinstance(keys.desk.screen, HelpDialog) and len(keys.desk.screen.texts) == 2
+        assert ("]", "Page: overview, stability, speed, map, ...") in keys.desk.screen.keys
+        await keys.press("escape")
+        keys.desk.query_one(Form).select(MASS)
+        await keys.press("ctrl+c")
+        assert keys.desk.clipboard == "2900 kg"
+        keys.desk.query_one("#view0", Plot).focus()
+        await keys.press("right", "Y")
+        assert keys.desk.clipboard.startswith("line\tf [Hz]\te₁ [mm²/Hz]\n")

@@ -15,7 +15,7 @@ from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.widgets.bars import Bar, Bars
 from railui.desk.widgets.form import Form
-from tests.desk.conftest import OpenDesk
+from tests.desk.conftest import Keyboard, OpenDesk
 
 pytestmark = pytest.mark.asyncio
 DAMPING = "vehicle.secondary.yaw_damping"
@@ -64,7 +64,10 @@ async def test_undo_covers_speed_base_and_exchange(open_desk: OpenDesk, bogie: P
         form.select("case.speed")
         await keys.press("right")
         form.select(DAMPING)
-        await keys.press("right", "b", "right", "x")
+        await keys.press("right", "b", "right")
+        changed, base = panel.draft.design, panel.draft.base
+        await keys.press("x")
+        assert panel.draft.design.content() == base.content() and panel.draft.base.content() == changed.content()
         assert panel.conditions.speed > 40 and panel.draft.base != start.base
         await keys.press(*["ctrl+z"] * 5)
         assert panel.draft.states.current == start and panel.conditions.speed == 40.0
@@ -90,57 +93,56 @@ async def test_undo_covers_the_plan_and_backspace_restores_a_bound(open_desk: Op
         assert panel.plan == first
 
 
-@pytest.mark.parametrize("theme", ["textual-dark", "textual-light", "ansi-dark", "plain", "no colour"])
+@pytest.mark.parametrize("themes", [["textual-dark", "textual-light", "ansi-dark"], ["plain"], ["no colour"]])
 async def test_one_cursor_is_visible_in_every_theme(
-    open_desk: OpenDesk, bogie: Path, theme: str, monkeypatch: pytest.MonkeyPatch
+    open_desk: OpenDesk, bogie: Path, themes: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if theme == "no colour":
+    if themes == ["no colour"]:
         monkeypatch.setenv("NO_COLOR", "1")
-    async with open_desk(bogie, plain=theme == "plain") as keys:
-        if theme in keys.desk.available_themes:
-            keys.desk.theme = theme
-        form = keys.desk.query_one(Form)
-        form.select("vehicle.frame.mass")
-        await keys.wait_until_idle()
-        (line,) = cursor_lines(form)
-        assert "mass" in line and line.startswith((">", "▸"))
-        await keys.press("a")  # a dialog: its cursor, and that of the form is no longer marked as the active one
-        (line,) = cursor_lines(keys.desk.screen.query_one(OptionList))
-        assert line
-        await keys.press("escape", "f6")
-        bars = keys.desk.query_one("#channels", Bars)
-        bars.show([Bar("1"), Bar("2")])
-        bars.focus()
-        await keys.press("down")
-        (line,) = cursor_lines(bars)
-        assert line[1:].split()[0] == "2" and line.startswith((">", "▸"))
+    async with open_desk(bogie, plain=themes == ["plain"]) as keys:
+        for theme in themes:
+            if theme in keys.desk.available_themes:
+                keys.desk.theme = theme
+            await check_cursors(keys)
 
 
-@pytest.mark.parametrize("key", ["f2", "f3", "f4", "f5", "f6"])
-async def test_the_focus_is_never_empty(open_desk: OpenDesk, bogie: Path, key: str) -> None:
+async def check_cursors(keys: Keyboard) -> None:
+    """Check the cursor line of the form, of a dialog and of a list."""
+    await keys.press("f2")
+    form = keys.desk.query_one(Form)
+    form.select("vehicle.frame.mass")
+    form.focus()
+    await keys.wait_until_idle()
+    (line,) = cursor_lines(form)
+    assert "mass" in line and line.startswith((">", "▸"))
+    await keys.press("a")  # a dialog: its cursor, and that of the form is no longer marked as the active one
+    (line,) = cursor_lines(keys.desk.screen.query_one(OptionList))
+    assert line
+    await keys.press("escape", "f6")
+    bars = keys.desk.query_one("#channels", Bars)
+    bars.show([Bar("1"), Bar("2")])
+    bars.focus()
+    await keys.press("up", "down")
+    (line,) = cursor_lines(bars)
+    assert line[1:].split()[0] == "2" and line.startswith((">", "▸"))
+
+
+async def test_the_focus_is_never_empty(open_desk: OpenDesk, bogie: Path) -> None:
     async with open_desk(bogie, size=(80, 24)) as keys:
-        await keys.press(key)
-        assert keys.desk.focused is not None
-        before = keys.desk.focused
-        await keys.press(*(["v"] if key == "f6" else ["f", "v"]))  # at this size `v` hides the list that `f` focuses
-        assert keys.desk.focused is not None and keys.desk.focused.is_on_screen
-        before.focus()
-        await keys.wait_until_idle()
-        await keys.pilot.resize_terminal(40, 10)
-        await keys.wait_until_idle()
-        assert keys.desk.focused is not None
-        await keys.pilot.resize_terminal(80, 24)
-        await keys.wait_until_idle()
-        assert keys.desk.focused is not None and keys.desk.panel in keys.desk.focused.ancestors
-
-
-async def test_one_key_enlarges_a_pane_and_shows_all_again(open_desk: OpenDesk, bogie: Path) -> None:
-    async with open_desk(bogie) as keys:
-        await keys.press("tab", "z")
-        enlarged = keys.desk.screen.maximized
-        assert enlarged is not None and enlarged.id == "view0" and enlarged.size.width > 110
-        await keys.press("z")
-        assert keys.desk.screen.maximized is None and keys.desk.focused is enlarged
+        for key in ("f2", "f3", "f4", "f5", "f6"):
+            await keys.press(key)
+            assert keys.desk.focused is not None
+            before = keys.desk.focused
+            await keys.press(*(["v"] if key == "f6" else ["f", "v"]))  # `v` may hide the list that `f` focuses
+            assert keys.desk.focused is not None and keys.desk.focused.is_on_screen
+            before.focus()
+            await keys.wait_until_idle()
+            await keys.pilot.resize_terminal(40, 10)
+            await keys.wait_until_idle()
+            assert keys.desk.focused is not None
+            await keys.pilot.resize_terminal(80, 24)
+            await keys.wait_until_idle()
+            assert keys.desk.focused is not None and keys.desk.panel in keys.desk.focused.ancestors
 
 
 async def test_a_plot_is_exported_as_picture_and_table(

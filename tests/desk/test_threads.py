@@ -1,19 +1,28 @@
-"""Simulations and eigenvalues of the desk are computed off the thread of the interface."""
+"""Simulations are computed off the thread of the interface; loops and searches in processes of their own."""
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from textual.message import Message
 
 from railui.core.vehicles import Vehicles
+from railui.desk.messages import JobDone
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
+from railui.desk.services.child_job import run_in_child
+from railui.desk.services.jobs import BackgroundJob
+from railui.desk.widgets.dialogs import QuestionDialog
 from railui.desk.widgets.form import Form
-from tests.desk.conftest import REPOSITORY, OpenDesk
+from railui.progress import Progress
+from tests.desk.conftest import OpenDesk
 
 pytestmark = pytest.mark.asyncio
 METHODS = ("simulate", "ride_statistics", "eigenvalues")
@@ -48,13 +57,90 @@ async def test_rides_and_pages_are_computed_off_the_interface(
     assert threads and threading.main_thread() not in threads
 
 
-async def test_a_loop_runs_off_the_interface(open_desk: OpenDesk, threads: set[threading.Thread]) -> None:
-    async with open_desk(REPOSITORY / "designs/campaigns/worn_axle_box", size=(120, 40)) as keys:
+async def test_a_loop_runs_in_a_process_of_its_own_that_is_paused_and_stopped(
+    open_desk: OpenDesk, short_campaign: Path, threads: set[threading.Thread]
+) -> None:
+    async with open_desk(short_campaign, size=(120, 40)) as keys:
         panel = keys.desk.query_one(CampaignPanel)
-        beats = keys.desk.heartbeat.beats
+        threads.clear()
         await keys.pilot.press("s")
-        await keys.wait_until(lambda: len(panel.history.scores) > 0)
-        await keys.pilot.press("k")
+        await keys.wait_until(lambda: panel.history.iteration is not None)
+        await keys.pilot.press("p")
+        assert panel.job is not None and panel.job.is_paused
+        await keys.pilot.press("ctrl+q")  # asks first, because it runs
+        await keys.wait_until(lambda: isinstance(keys.desk.screen, QuestionDialog), 10.0)
+        await keys.pilot.press("c", "k")
         await keys.wait_until(lambda: panel.job is None)
-        assert keys.desk.heartbeat.beats > beats + 10
-    assert threads and threading.main_thread() not in threads
+        assert panel.finished is None and panel.history.activity == "stopped"
+    assert not threads
+
+
+def count(progress: Progress, number: int) -> int:
+    """Count up to a number."""
+    for each in range(number):
+        progress.event(each)
+    progress.message("counted")
+    return number
+
+
+def fail(progress: Progress, name: str) -> None:
+    """Fail, or end the process."""
+    progress.message(name)
+    if name == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    raise FileNotFoundError(f"no {name}")
+
+
+def wait_for_ever(progress: Progress) -> None:
+    """Compute without a checkpoint."""
+    progress.message("waiting")
+    time.sleep(1000.0)
+
+
+class Owner:
+    """Widget that keeps the messages posted to it."""
+
+    def __init__(self) -> None:
+        self.posted: list[Any] = []
+        self.arrived = threading.Semaphore(0)
+
+    def run_worker(self, function: Callable[[], None], **_: object) -> None:
+        threading.Thread(target=function).start()
+
+    def post_message(self, message: Message) -> None:
+        self.posted.append(message)
+        self.arrived.release()
+
+
+def job_of(owner: Owner, function: Callable[..., Any], *arguments: object) -> BackgroundJob:
+    """Start a job that runs a function in a process."""
+    return BackgroundJob(
+        owner,  # type: ignore[arg-type]
+        "job",
+        lambda job: JobDone(job.name, run_in_child(job, function, *arguments)),
+    )
+
+
+async def test_a_process_delivers_events_messages_and_its_result() -> None:
+    owner = Owner()
+    job_of(owner, count, 3)
+    for _ in range(5):
+        assert owner.arrived.acquire(timeout=60.0)
+    assert [each.event for each in owner.posted[:3]] == [0, 1, 2]
+    assert owner.posted[3].text == "counted" and owner.posted[4].result == 3
+
+
+@pytest.mark.parametrize(("name", "text"), [("file", "no file"), ("killed", "ended with code -9")])
+async def test_the_failure_of_a_process_is_reported(name: str, text: str) -> None:
+    owner = Owner()
+    job_of(owner, fail, name)
+    assert owner.arrived.acquire(timeout=60.0) and owner.arrived.acquire(timeout=60.0)
+    assert text in owner.posted[1].text and not owner.posted[1].is_stopped
+
+
+async def test_a_process_that_does_not_stop_is_killed() -> None:
+    owner = Owner()
+    job = job_of(owner, wait_for_ever)
+    assert owner.arrived.acquire(timeout=60.0)
+    job.stop(0.1)
+    assert owner.arrived.acquire(timeout=60.0) and owner.posted[1].is_stopped

@@ -25,6 +25,7 @@ PANELS = {
 }
 SHORT_TITLE = 5  # letters of the titles of panels where there is little room
 PLOT_COLUMNS = 44  # minimum width of a plot in a grid, in cells
+LAST_STOP_SECONDS = 1.0  # s for a computation to stop when the desk ends
 PLOT_ROWS = 11  # minimum height
 
 START = Binding("s", "start", "Start")
@@ -125,7 +126,7 @@ class JobPanel(Panel):
     def on_unmount(self) -> None:
         """Stop the computation at the end of the desk, so that its thread ends too."""
         if self.job is not None:
-            self.job.stop()
+            self.job.stop(LAST_STOP_SECONDS)
 
     def show_status(self) -> None:
         """Show the state of the computation."""

@@ -17,7 +17,8 @@ from railui.desk.presenters.campaign_list import CampaignEntry
 from railui.desk.presenters.loop_history import LoopHistory
 from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
-from railui.desk.services.loop_job import DataChecked, DataUnreadable, StoppedLoop, check_campaign, run_loop
+from railui.desk.services.loop_computation import StoppedLoop
+from railui.desk.services.loop_job import DataChecked, DataUnreadable, check_campaign, run_loop
 from railui.desk.services.verdict_file import StoredVerdict
 from railui.desk.widgets.dialogs import QuestionDialog
 

@@ -63,6 +63,7 @@ class StabilityPage(ResultPage):
             self.modes = None
         self.mode_runner.submit(partial(track_both, results))
         self._draw()
+        self.call_after_refresh(self._draw)  # in the size of the page once it is shown
         wanted = [
             (each, kind)
             for each in (results if results[0] is not results[1] else results[:1])

@@ -7,22 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from railui.api.events import (
-    FitIteration,
-    ModelValidated,
-    NoiseFloor,
-    Refit,
-    ScoreResult,
-    ScoreTestProgress,
-    ScoreTestResult,
-    signed_rho,
-)
+from railui.api.events import FitIteration, ScoreResult, ScoreTestProgress, signed_rho
 from railui.campaign.campaign import Campaign
 from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
+from railui.desk.presenters.loop_events import CandidateRefitted, ErrorsKnown, RefitsBegun
 from railui.desk.presenters.loop_plots import FinishedLoop
-from railui.vehicle.model import Model
+from railui.vehicle.design import Design
 
 if TYPE_CHECKING:
     from railui.report.loop.data_faults import CheckedData
@@ -51,7 +43,7 @@ class LoopHistory:
         self.totals: dict[str, float] = {}
         self.iteration: FitIteration | None = None
         self.rankings = [Ranking()]  # of every score test, the last one in progress
-        self.fitted_model: Model | None = None
+        self.fitted_design: Design | None = None
         self.dataset: Dataset | None = None
         self.findings: Sequence[Finding] = ()
         self.diagnosis: Diagnosis | None = None  # of the data, once they are checked
@@ -73,12 +65,9 @@ class LoopHistory:
         return self.rankings[-1].refits
 
     def add_event(self, event: object) -> str:
-        """Add an event and return the part that it changes: errors, parameters, ranking, or an empty string."""
-        if isinstance(event, ModelValidated):
-            self._set_error(event.stage, event.validation.channels, event.validation.nrmse)
-            return ERRORS
-        if isinstance(event, NoiseFloor):
-            self._set_error("floor", event.channels, event.nrmse)
+        """Add a reduced event and return the part that it changes: errors, parameters, ranking, or an empty string."""
+        if isinstance(event, ErrorsKnown):
+            self._set_error(event.model, event.channels, event.total)
             return ERRORS
         if isinstance(event, FitIteration):
             self.iteration = event
@@ -86,13 +75,13 @@ class LoopHistory:
             return PARAMETERS
         if isinstance(event, ScoreTestProgress):
             return self._add_scores(event)
-        if isinstance(event, Refit):
+        if isinstance(event, CandidateRefitted):
             self.refits[event.candidate] = event.rss
-            self.fitted_model = event.fit.model
+            self.fitted_design = event.design
             return RANKING
         if isinstance(event, ScoreResult):
             self.activity = f"refit: {candidate_text(event.candidate)}"
-        elif isinstance(event, ScoreTestResult):
+        elif isinstance(event, RefitsBegun):
             self.activity = "refit of the best candidates with all parameters"
         return ""
 

@@ -75,8 +75,10 @@ def _unit(history: LoopHistory, path: str) -> str:
     """Return the unit of a parameter; that of a candidate effect comes from the model that is being refitted."""
     if path in PARAMETERS:
         return PARAMETERS[path].unit
-    designs = [source.design for source in (history.fitted_model, history.campaign) if source is not None]
-    for design in designs:
+    nominal = None if history.campaign is None else history.campaign.design
+    for design in (history.fitted_design, nominal):
+        if design is None:
+            continue
         try:
             return design.unit(path)
         except FileProblems:

@@ -67,6 +67,7 @@ class Autosave:
         self._is_writing = False
         self._thread: threading.Thread | None = None
         self._has_failed = False
+        self._is_closed = False
 
     def put(self, file: str, content: Callable[[], Content]) -> None:
         """Write a file of the session soon; `content` is called on the thread."""
@@ -93,8 +94,11 @@ class Autosave:
             return self._changed.wait_for(lambda: not self._waiting and not self._is_writing, seconds)
 
     def close(self) -> None:
-        """Write the rest, and remove the directory if the session has nothing to offer."""
+        """Write the rest, end the thread, and remove the directory if the session has nothing to offer."""
         self.flush()
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify_all()
         if self._lock is not None:
             self._lock.release()
             self._lock = None
@@ -117,7 +121,9 @@ class Autosave:
     def _run(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: bool(self._waiting))
+                self._changed.wait_for(lambda: bool(self._waiting) or self._is_closed)
+                if not self._waiting:
+                    return
                 file = next(iter(self._waiting))
                 content = self._waiting.pop(file)
                 self._is_writing = True

@@ -33,6 +33,13 @@ def log_traceback(error: BaseException) -> Path:
     return path
 
 
+def failure_text(error: Exception) -> str:
+    """Return the text of an error that ended a computation; an internal one is logged, and the desk continues."""
+    if isinstance(error, ValueError | RuntimeError | OSError | ArithmeticError):
+        return str(error)
+    return f"{type(error).__name__}: {error} (traceback in {log_traceback(error)})"
+
+
 def load_state() -> dict[str, Any]:
     """Load the state of the last session; an empty dictionary if there is none that can be read."""
     try:

@@ -10,13 +10,14 @@ from textual.message import Message
 from textual.timer import Timer
 from textual.widget import Widget
 
-from railui.desk.messages import JobFailed, ProgressEvent, ProgressMessage
-from railui.desk.services.files import log_traceback
+from railui.desk.messages import JobFailed
+from railui.desk.services.files import failure_text
 from railui.progress import Progress, Stopped
 
 Job = Callable[[], Message]
 PAUSE_POLL_INTERVAL = 0.05  # s
 QUIET_SECONDS = 0.4  # s without a new request, after which a long computation starts
+STOP_SECONDS = 15.0  # s for a process to reach its next checkpoint
 
 
 class LatestJobRunner:
@@ -59,7 +60,10 @@ class LatestJobRunner:
 
 
 class BackgroundJob:
-    """Long computation on a thread that is paused or stopped at its checkpoints."""
+    """Long computation on a thread that is paused or stopped at its checkpoints.
+
+    on_command: called after a pause, a resumption and a stop; stop_seconds: time [s] for a process to stop.
+    """
 
     def __init__(self, owner: Widget, name: str, function: Callable[[BackgroundJob], Message]) -> None:
         self.owner = owner
@@ -68,6 +72,9 @@ class BackgroundJob:
         self.stop_requested = threading.Event()
         self.resumed = threading.Event()
         self.resumed.set()
+        self.on_command: Callable[[], None] | None = None
+        self.stop_seconds = STOP_SECONDS
+        self._paused_since: float | None = None
         self.start_time = time.monotonic()
         self.paused_seconds = 0.0
         self.is_finished = False
@@ -75,11 +82,8 @@ class BackgroundJob:
 
     def checkpoint(self, _: object = None) -> None:
         """Wait while the job is paused; raise Stopped if a stop was requested."""
-        if not self.resumed.is_set():
-            since = time.monotonic()
-            while not self.resumed.wait(PAUSE_POLL_INTERVAL) and not self.stop_requested.is_set():
-                pass
-            self.paused_seconds += time.monotonic() - since
+        while not self.resumed.wait(PAUSE_POLL_INTERVAL) and not self.stop_requested.is_set():
+            pass
         if self.stop_requested.is_set():
             raise Stopped
 
@@ -96,41 +100,40 @@ class BackgroundJob:
     @property
     def elapsed(self) -> float:
         """Computing time [s] so far, without pauses."""
-        return time.monotonic() - self.start_time - self.paused_seconds
+        now = time.monotonic()
+        paused = 0.0 if self._paused_since is None else now - self._paused_since
+        return now - self.start_time - self.paused_seconds - paused
 
     def toggle_pause(self) -> None:
         """Pause the job at its next checkpoint, or resume it."""
         if self.resumed.is_set():
+            self._paused_since = time.monotonic()
             self.resumed.clear()
         else:
-            self.resumed.set()
+            self._end_pause()
+        self._call_on_command()
 
-    def stop(self) -> None:
-        """Stop the job at its next checkpoint."""
+    def stop(self, seconds: float = STOP_SECONDS) -> None:
+        """Stop the job at its next checkpoint; a process that does not reach one within `seconds` is killed."""
+        self.stop_seconds = seconds
         self.stop_requested.set()
+        self._end_pause()
+        self._call_on_command()
+
+    def _end_pause(self) -> None:
+        if self._paused_since is not None:
+            self.paused_seconds += time.monotonic() - self._paused_since
+            self._paused_since = None
         self.resumed.set()
+
+    def _call_on_command(self) -> None:
+        if (on_command := self.on_command) is not None:
+            on_command()
 
     def _run(self) -> None:
         message = run_job(lambda: self.function(self), self.name)
         self.is_finished = True
         self.owner.post_message(message)
-
-
-class DeskProgress(Progress):
-    """Progress of a background job as messages to its owner; each one is a checkpoint."""
-
-    def __init__(self, job: BackgroundJob) -> None:
-        self.job = job
-
-    def message(self, text: str) -> None:
-        """Post a line for the user."""
-        self.job.checkpoint()
-        self.job.owner.post_message(ProgressMessage(self.job.name, text))
-
-    def event(self, event: object) -> None:
-        """Post an intermediate result."""
-        self.job.checkpoint()
-        self.job.owner.post_message(ProgressEvent(self.job.name, event))
 
 
 class Checkpoints(Progress):
@@ -149,18 +152,13 @@ class Checkpoints(Progress):
 
 
 def run_job(job: Job, name: str) -> Message:
-    """Return the message of a job, or a JobFailed message.
-
-    Internal errors are logged with their traceback; the desk continues.
-    """
+    """Return the message of a job, or a JobFailed message."""
     try:
         return job()
     except Stopped:
         return JobFailed(name, "stopped", is_stopped=True)
-    except (ValueError, RuntimeError, OSError, ArithmeticError) as error:
-        return JobFailed(name, str(error))
     except Exception as error:
-        return JobFailed(name, f"{type(error).__name__}: {error} (traceback in {log_traceback(error)})")
+        return JobFailed(name, failure_text(error))
 
 
 class NewestJob:

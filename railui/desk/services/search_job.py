@@ -6,30 +6,13 @@ from pathlib import Path
 
 from textual.message import Message
 
-from railui.api.events import SearchState
-from railui.api.study import Study
-from railui.desk.messages import JobDone, ProgressEvent
-from railui.desk.presenters.search_history import summarise_generation
+from railui.desk.messages import JobDone
+from railui.desk.services.child_job import run_in_child
 from railui.desk.services.jobs import BackgroundJob
-from railui.optimisation.study import Study as SearchStudy
-from railui.progress import Progress
+from railui.desk.services.search_computation import compute_search
+from railui.optimisation.study import Study
 
 
-class SearchProgress(Progress):
-    """Progress of a search as messages to the panel; each generation is a checkpoint."""
-
-    def __init__(self, job: BackgroundJob, study: SearchStudy) -> None:
-        self.job = job
-        self.study = study
-
-    def event(self, event: object) -> None:
-        """Post a summary of the generation evaluated last."""
-        self.job.checkpoint()
-        if isinstance(event, SearchState):
-            self.job.owner.post_message(ProgressEvent(self.job.name, summarise_generation(self.study, event)))
-
-
-def run_search(job: BackgroundJob, study: SearchStudy, directory: Path) -> Message:
-    """Run a search whose evaluations are stored in a directory, and write its result and its page there."""
-    found = Study.of(study).optimise(directory, progress=SearchProgress(job, study))
-    return JobDone(job.name, dict(found.data))
+def run_search(job: BackgroundJob, study: Study, directory: Path) -> Message:
+    """Run a search in a process of its own; its evaluations, its result and its page are written into a directory."""
+    return JobDone(job.name, run_in_child(job, compute_search, study, directory))

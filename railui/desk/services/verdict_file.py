@@ -2,30 +2,20 @@
 
 from __future__ import annotations
 
-import copyreg
 import io
 import pickle
 from collections.abc import Sequence
-from dataclasses import dataclass, field, is_dataclass, replace
-from enum import Enum
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import railui
-from railui.campaign.segment import Segment
-from railui.core.batch import ZeroPhaseFilter
 from railui.desk.presenters.loop_history import Ranking
 from railui.desk.presenters.loop_plots import FinishedLoop
-from railui.progress import SILENT, Progress
+from railui.desk.services.record_stream import RecordReader, RecordWriter
 
 if TYPE_CHECKING:
     from railui.identification.result import LoopResult
     from railui.identification.structure.refit import Refit
-
-SILENT_PROGRESS: Final = "silent progress"  # in place of the receiver of the loop's messages, which has ended
-NUMPY_NAMES: Final = {"dtype", "ndarray", "_reconstruct", "scalar", "_frombuffer"}
-BUILTIN_NAMES: Final = {"slice", "set", "frozenset", "complex", "range", "bytearray"}
-RECORD_TYPES: Final = (tuple, Enum, ZeroPhaseFilter)  # besides dataclasses
-PATH_NAMES: Final = {"Path", "PosixPath", "PurePosixPath"}
 
 
 class VerdictUnreadableError(ValueError):
@@ -45,43 +35,11 @@ class StoredVerdict:
     rankings: Sequence[Ranking] = field(default_factory=list)
 
 
-class _Writer(pickle.Pickler):
-    """Writer that leaves out the input tables of segments, which are computed again where they are needed."""
-
-    def reducer_override(self, obj: Any) -> Any:
-        if type(obj) is not Segment:
-            return NotImplemented
-        return copyreg.__newobj__, (Segment,), vars(obj) | {"tables": {}}  # type: ignore[attr-defined]
-
-    def persistent_id(self, obj: Any) -> str | None:
-        return SILENT_PROGRESS if isinstance(obj, Progress) else None
-
-
-class _Reader(pickle.Unpickler):
-    """Reader that creates only records of railui, arrays and paths, and calls no other function."""
-
-    def persistent_load(self, pid: Any) -> Any:
-        if pid != SILENT_PROGRESS:
-            raise pickle.UnpicklingError(f"unknown object {pid!r}")
-        return SILENT
-
-    def find_class(self, module: str, name: str) -> Any:
-        root = module.split(".")[0]
-        names = {"numpy": NUMPY_NAMES, "builtins": BUILTIN_NAMES, "pathlib": PATH_NAMES}.get(root)
-        if names is not None and name in names:
-            return super().find_class(module, name)
-        if root == "railui":
-            found = super().find_class(module, name)
-            if isinstance(found, type) and (is_dataclass(found) or issubclass(found, RECORD_TYPES)):
-                return found
-        raise pickle.UnpicklingError(f"{module}.{name} is not part of a verdict")
-
-
 def verdict_bytes(verdict: StoredVerdict) -> bytes:
     """Return a verdict as bytes."""
     finished = replace(verdict.finished, result=_without_blocks(verdict.finished.result))
     buffer = io.BytesIO()
-    writer = _Writer(buffer, protocol=pickle.HIGHEST_PROTOCOL)
+    writer = RecordWriter(buffer, protocol=pickle.HIGHEST_PROTOCOL)
     writer.dump((railui.__version__, replace(verdict, finished=finished)))
     return buffer.getvalue()
 
@@ -107,7 +65,7 @@ def _without_block(refit: Refit, result: LoopResult) -> Refit:
 def read_verdict(data: bytes) -> StoredVerdict:
     """Return the verdict of bytes; raise VerdictUnreadableError if they are not of this version."""
     try:
-        version, verdict = _Reader(io.BytesIO(data)).load()
+        version, verdict = RecordReader(io.BytesIO(data)).load()
     except Exception as error:  # damaged data may raise anything
         raise VerdictUnreadableError(f"the stored verdict cannot be read: {error}") from error
     if version != railui.__version__ or not isinstance(verdict, StoredVerdict):

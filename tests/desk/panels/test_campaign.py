@@ -20,7 +20,7 @@ from railui.desk.panels.correcting import corrections_of_line
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.services.jobs import BackgroundJob
-from railui.desk.services.loop_job import StoppedLoop
+from railui.desk.services.loop_computation import StoppedLoop
 from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.dialogs import InputDialog, ProblemsDialog, QuestionDialog
 from railui.desk.widgets.table import Table
@@ -39,9 +39,9 @@ def details(panel: CampaignPanel) -> str:
 
 
 async def test_a_campaign_is_calibrated_and_its_design_taken_within_five_keys(
-    open_desk: OpenDesk, tmp_path: Path
+    open_desk: OpenDesk, short_campaign: Path
 ) -> None:
-    campaign = Path(shutil.copytree(CAMPAIGN, tmp_path / "campaign"))
+    campaign = short_campaign
     async with open_desk(campaign) as keys:
         panel, design = keys.desk.query_one(CampaignPanel), keys.desk.query_one(DesignPanel)
         await keys.pilot.press("s")
@@ -150,8 +150,10 @@ def stored_size(sessions: Path) -> int:
     return max(file.stat().st_size for file in sessions.glob("*/verdict*.pickle"))
 
 
-async def test_data_faults_are_shown_before_the_fit_and_corrected_by_a_key(open_desk: OpenDesk, tmp_path: Path) -> None:
-    campaign = Path(shutil.copytree(CAMPAIGN, tmp_path / "campaign"))
+async def test_data_faults_are_shown_before_the_fit_and_corrected_by_a_key(
+    open_desk: OpenDesk, short_campaign: Path
+) -> None:
+    campaign = short_campaign
     declared = (campaign / "campaign.yaml").read_text()
     head, *rows = gzip.decompress((campaign / "run_a.csv.gz").read_bytes()).decode().splitlines()
     column = head.split(",").index("e1 [m]")
@@ -189,9 +191,9 @@ async def test_a_correction_that_was_chosen_is_that_of_its_line() -> None:
 
 
 async def test_several_campaigns_are_listed_and_run_one_after_another(
-    open_desk: OpenDesk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    open_desk: OpenDesk, tmp_path: Path, short_campaign: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    paths = [Path(shutil.copytree(CAMPAIGN, tmp_path / name)) for name in ("a", "b")]
+    paths = [Path(shutil.copytree(short_campaign, tmp_path / name)) for name in ("a", "b")]
     checked = []
 
     def stop_at_once(job: BackgroundJob, campaign: Campaign, **_: bool) -> Message:
@@ -221,27 +223,7 @@ async def test_several_campaigns_are_listed_and_run_one_after_another(
         assert len(panel.entries) == 2 and panel.history.stopped is None
 
 
-async def test_a_loop_is_paused_and_stopped(open_desk: OpenDesk) -> None:
-    async with open_desk(CAMPAIGN) as keys:
-        panel = keys.desk.query_one(CampaignPanel)
-        await keys.pilot.press("s")
-        await keys.wait_until(lambda: panel.history.iteration is not None)
-        await keys.pilot.press("p")
-        assert panel.job is not None and panel.job.is_paused
-        await keys.pilot.press("k")
-        await keys.wait_until(lambda: panel.job is None)
-        assert panel.finished is None and panel.history.activity == "stopped"
-
-
-async def test_a_campaign_without_its_vehicle_shows_the_problem(open_desk: OpenDesk, tmp_path: Path) -> None:
-    campaign = Path(shutil.copytree(CAMPAIGN, tmp_path / "campaign"))
-    (campaign / "vehicle.yaml").unlink()
-    async with open_desk(campaign) as keys:
-        assert isinstance(keys.desk.screen, ProblemsDialog)
-        assert "vehicle.yaml" in str(keys.desk.screen.text())
-
-
-async def test_unreadable_runs_are_reported_with_line_and_column_before_the_fit(
+async def test_unreadable_runs_and_a_missing_vehicle_are_reported_before_the_fit(
     open_desk: OpenDesk, tmp_path: Path
 ) -> None:
     campaign = Path(shutil.copytree(CAMPAIGN, tmp_path / "campaign"))
@@ -249,6 +231,11 @@ async def test_unreadable_runs_are_reported_with_line_and_column_before_the_fit(
     async with open_desk(campaign) as keys:
         panel = keys.desk.query_one(CampaignPanel)
         assert "run_a.csv.gz:2:3" in details(panel) and "'abc' is not a number" in details(panel)
+        (campaign / "vehicle.yaml").unlink()
+        keys.desk.open(campaign)
+        await keys.wait_until_idle()
+        assert isinstance(keys.desk.screen, ProblemsDialog)
+        assert "vehicle.yaml" in str(keys.desk.screen.text())
 
 
 async def test_a_campaign_of_a_coach_opens_on_a_small_terminal(open_desk: OpenDesk) -> None:

@@ -43,6 +43,40 @@ async def wait_for_critical_speeds(keys: Keyboard) -> None:
     await keys.wait_until_idle()
 
 
+async def check_modes(keys: Keyboard) -> None:
+    """Check that the modes are named, and numbered as their lines."""
+    plot = keys.desk.query_one("#damping", Plot)
+    labels = [line.label for line in plot.data.lines]
+    assert labels[0] == "1 hunting" and {"2 frame yaw", "3 frame lateral"} <= set(labels)
+    text = str(keys.desk.query_one("#modes", Static).content)
+    assert all(label in text for label in labels)
+    roles = [line.role for line in plot.data.lines]
+    marks = {mark.character: mark for mark in plot.data.marks}
+    assert [marks[label[0]].role for label in labels] == roles
+    assert len({(mark.x, mark.y) for mark in plot.data.marks}) == len(marks)
+    hunting = plot.data.lines[0]
+    crossing = hunting.x[int(np.argmax(hunting.y < 0))]
+    assert crossing == pytest.approx(limits(keys, "damping")["linear"], abs=0.5)
+    assert f"from {limits(keys, 'damping')['linear']:.1f} m/s" in text
+    locus = keys.desk.query_one("#locus", Plot).data
+    assert len(locus.lines) == len(labels) and locus.x.low is not None and locus.x.low < 0
+
+
+async def check_other_design(keys: Keyboard) -> None:
+    """Check that another design shows no critical speed of the one before."""
+    first = limits(keys, "damping")
+    panel = keys.desk.query_one(DesignPanel)
+    page = keys.desk.query_one(StabilityPage)
+    panel.set(STIFFNESS, "6 MN/m")
+    await keys.wait_until(lambda: page.results is not None and page.results[0].design.value(STIFFNESS) == 6e6)
+    assert not {"nonlinear", "ride"} & set(limits(keys, "damping"))
+    await keys.wait_until(lambda: "linear" in limits(keys, "damping"))
+    assert limits(keys, "damping")["linear"] != first["linear"]
+    assert "base 66.3" in str(keys.desk.query_one("#critical", Static).content)
+    await keys.press("ctrl+z")  # known already: at once
+    assert limits(keys, "damping") == first
+
+
 async def test_critical_speeds_are_those_of_the_command_and_stay(open_desk: OpenDesk, bogie: Path) -> None:
     expected = stability(bogie, fold=True, track=TRACK)
     async with open_desk(bogie, size=(160, 48)) as keys:
@@ -59,50 +93,19 @@ async def test_critical_speeds_are_those_of_the_command_and_stay(open_desk: Open
         cycles = keys.desk.query_one("#cycles", Plot).data
         largest = max(line.y.max() for line in cycles.lines)
         assert largest == pytest.approx(1e3 * max(row["from_above"] or 0 for row in expected["fold"]["diagram"]))
-
-
-async def test_another_design_shows_no_critical_speed_of_the_one_before(open_desk: OpenDesk, bogie: Path) -> None:
-    async with open_desk(bogie, size=(160, 48)) as keys:
-        await keys.press("l")
-        await wait_for_critical_speeds(keys)
-        first = limits(keys, "damping")
-        panel = keys.desk.query_one(DesignPanel)
-        page = keys.desk.query_one(StabilityPage)
-        panel.set(STIFFNESS, "6 MN/m")
-        await keys.wait_until(lambda: page.results is not None and page.results[0].design.value(STIFFNESS) == 6e6)
-        assert not {"nonlinear", "ride"} & set(limits(keys, "damping"))
-        await keys.wait_until(lambda: "linear" in limits(keys, "damping"))
-        assert limits(keys, "damping")["linear"] != first["linear"]
-        assert "base 66.3" in str(keys.desk.query_one("#critical", Static).content)
-        await keys.press("ctrl+z")  # known already: at once
-        assert limits(keys, "damping") == first
-
-
-async def test_modes_are_named_and_numbered_as_their_lines(open_desk: OpenDesk, bogie: Path) -> None:
-    async with open_desk(bogie, size=(160, 48)) as keys:
-        await keys.press("l")
-        await keys.wait_until(lambda: bool(keys.desk.query_one("#damping", Plot).data.lines))
-        plot = keys.desk.query_one("#damping", Plot)
-        labels = [line.label for line in plot.data.lines]
-        assert labels[0] == "1 hunting" and {"2 frame yaw", "3 frame lateral"} <= set(labels)
-        text = str(keys.desk.query_one("#modes", Static).content)
-        assert all(label in text for label in labels)
-        roles = [line.role for line in plot.data.lines]
-        marks = {mark.character: mark for mark in plot.data.marks}
-        assert [marks[label[0]].role for label in labels] == roles
-        assert len({(mark.x, mark.y) for mark in plot.data.marks}) == len(marks)
-        hunting = plot.data.lines[0]
-        crossing = hunting.x[int(np.argmax(hunting.y < 0))]
-        assert crossing == pytest.approx(limits(keys, "damping")["linear"], abs=0.5)
-        assert f"from {limits(keys, 'damping')['linear']:.1f} m/s" in text
-        locus = keys.desk.query_one("#locus", Plot).data
-        assert len(locus.lines) == len(labels) and locus.x.low is not None and locus.x.low < 0
+        await check_modes(keys)
+        await check_other_design(keys)
 
 
 async def test_the_band_over_speed_spans_the_rides_of_every_seed(open_desk: OpenDesk, bogie: Path) -> None:
     async with open_desk(bogie, size=(160, 48)) as keys:
-        await keys.press("right_square_bracket", "right_square_bracket")
-        page = keys.desk.query_one(SpeedPage)
+        await keys.pilot.press("l", "right_square_bracket", "right_square_bracket")
+        await keys.pilot.pause(1.0)
+        await keys.wait_until_idle()
+        stability_page, page = keys.desk.query_one(StabilityPage), keys.desk.query_one(SpeedPage)
+        assert not stability_page.critical_job.is_active and not stability_page.known.results  # a hidden page
+        assert not page.band_job.is_active
+        await keys.press("left_square_bracket")
         await keys.wait_until(lambda: any(band.is_complete for band in page.bands.values()))
         data = keys.desk.query_one("#band-weighted_acceleration", Plot).data
         (band,) = data.bands
@@ -122,13 +125,3 @@ async def test_the_band_over_speed_spans_the_rides_of_every_seed(open_desk: Open
         await keys.wait_until(lambda: all(band.is_complete for band in page.bands.values()))
         data = keys.desk.query_one("#band-weighted_acceleration", Plot).data
         assert [line.label for line in data.lines] == ["base", "current"] and len(data.bands) == 2
-
-
-async def test_a_page_that_is_not_shown_computes_nothing(open_desk: OpenDesk, bogie: Path) -> None:
-    async with open_desk(bogie, size=(160, 48)) as keys:
-        await keys.pilot.press("l", "right_square_bracket", "right_square_bracket")
-        await keys.pilot.pause(1.0)
-        await keys.wait_until_idle()
-        page = keys.desk.query_one(StabilityPage)
-        assert not page.critical_job.is_active and not page.known.results
-        assert not keys.desk.query_one(SpeedPage).band_job.is_active
