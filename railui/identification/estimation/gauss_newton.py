@@ -29,6 +29,10 @@ MAX_LOG_RATIO_STEP = 1.5  # of a parameter that moves by ratios, per iteration
 MAX_ITERATIONS = 30
 
 
+class DivergedError(ValueError):
+    """The vehicle diverges at a point of a fit, or next to it."""
+
+
 class GaussNewton:
     """Output-error least squares of one model structure over prepared segments.
 
@@ -152,7 +156,7 @@ class GaussNewton:
         def gram(target: FitSegment) -> FloatArray:
             series, diverged = self.sensitivities(target, x)
             if np.any(diverged >= 0):
-                raise ValueError(f"the vehicle diverges on {target.segment.file} at a point of the fit")
+                raise DivergedError(f"the vehicle diverges on {target.segment.file} at a point of the fit")
             return block_gram(series, self.block_samples(target))
 
         self.restart_windows(x)
@@ -160,6 +164,22 @@ class GaussNewton:
         self.simulations += sum(1 + len(self.active_parameters(t)) for t in self.segments)
         count = sum(t.measured.size for t in self.segments)
         return NormalEquations(np.concatenate(grams), count, self.settings.independent_sample_share)
+
+    def _best_linearised(self, tried: FloatArray, costs: FloatArray, cost: float) -> tuple[int, NormalEquations] | None:
+        """Return the number of the best point [k, p] that lowers the cost, and its normal equations; None: no point.
+
+        A point has no sensitivities where the vehicle diverges next to it, and counts as diverged then.
+        """
+        segments = self.segments
+        finite = np.where(np.isfinite(costs), costs, np.inf)
+        for best in np.argsort(finite, kind="stable"):
+            if not finite[best] < cost:
+                return None
+            try:
+                return int(best), self.linearise(tried[best])
+            except DivergedError:
+                self.segments = segments
+        return None
 
     def restart_windows(self, x: FloatArray) -> None:
         """Estimate the initial states of windows and rigs at x, with the sensitivity of the final state."""
@@ -202,13 +222,13 @@ class GaussNewton:
                 break
             tried = self._trial_points(normal, x)
             costs = self.cost(self.misfit(tried), tried)
-            best = int(np.argmin(np.where(np.isfinite(costs), costs, np.inf)))
-            if not costs[best] < cost:
+            taken = self._best_linearised(tried, costs, cost)
+            if taken is None:
                 status = "converged"
                 break
+            best, normal = taken
             gain = (cost - float(costs[best])) / self.independent_samples
             x, cost = tried[best], float(costs[best])
-            normal = self.linearise(x)
             if self.model.design.form == "rig":  # its initial states have moved with the parameters
                 cost = float(self.cost(np.array([normal.rss]), x[None])[0])
             self._report(iteration, x, normal)

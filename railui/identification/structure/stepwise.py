@@ -9,6 +9,7 @@ from typing import NamedTuple
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import DivergedError
 from railui.identification.estimation.growing_windows import follow_motion, follows
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
@@ -200,12 +201,16 @@ class StepwiseSelection:
         return simplest_pair(refits, self.settings.simpler_misfit_ratio), PairSearch(scored, len(best))
 
     def _pair_stage(self, fit: Fit, pair: PairRefit) -> Stage | None:
-        """Fit a pair to the end and validate it; None where something else explains more."""
+        """Fit a pair to the end and validate it; None where it diverges, or something else explains more."""
         if self._is_rivalled(self._rival_explanations(fit), 1.0 - pair.rss / fit.normal.rss):
             return None
         if self._is_difference_of_members(fit, pair.rss, len(pair.fit.x)):
             return None
-        stage = self._validated(self._final_fit(pair.fit))
+        try:
+            stage = self._validated(self._final_fit(pair.fit))
+        except DivergedError as error:
+            self.context.progress.message(f"  without {pair.score.text}: {error}")
+            return None
         self.context.progress.message(f"  with {pair.score.text}: NRMSE {stage.validation.nrmse:.4f}")
         return stage
 
@@ -257,9 +262,12 @@ class StepwiseSelection:
         limit = (1.0 - self.context.settings.score_test.structured_rho2) * current.normal.rss
         best: tuple[Refit, Stage] | None = None
         for refit in [r for r in refits if r is not chosen and r.rss <= limit][: self.settings.runners_up]:
-            fit = self._final_fit(refit.fit)
-            if fit.model.design.form == "rig":  # it was given up early; laws of one damping converge slowly
-                fit = self._final_fit(fit)
+            try:
+                fit = self._final_fit(refit.fit)
+                if fit.model.design.form == "rig":  # it was given up early; laws of one damping converge slowly
+                    fit = self._final_fit(fit)
+            except DivergedError:
+                continue
             stage = self._validated(fit)
             self.context.progress.message(f"  with {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
             if self._gains(accepted, stage) and (best is None or stage.validation.nrmse < best[1].validation.nrmse):
@@ -277,12 +285,22 @@ class StepwiseSelection:
         if self._is_difference_of_members(fit, chosen.rss, len(chosen.fit.x)):
             return refits, None, None
         final, rivals = run_both(
-            lambda: self._final_fit(chosen.fit), lambda: self._rival_explanations(fit), self.context.jobs
+            lambda: self._fitted_once_more(refits), lambda: self._rival_explanations(fit), self.context.jobs
         )
-        share = 1.0 - chosen.rss / fit.normal.rss
-        if self._is_rivalled(rivals, share):
+        if final is None or self._is_rivalled(rivals, 1.0 - final[0].rss / fit.normal.rss):
             return refits, None, None
-        return refits, chosen, final
+        return refits, *final
+
+    def _fitted_once_more(self, refits: Sequence[Refit]) -> tuple[Refit, Fit] | None:
+        """Return the simplest refit with its final fit; None: the vehicle diverges next to every estimate."""
+        left = list(refits)
+        while (chosen := simplest_refit(left, self.settings.simpler_misfit_ratio)) is not None:
+            try:
+                return chosen, self._final_fit(chosen.fit)
+            except DivergedError as error:
+                self.context.progress.message(f"  without {refit_text(chosen)}: {error}")
+                left = [refit for refit in left if refit is not chosen]
+        return None
 
     def _freed_groups(self, fit: Fit) -> FreedGroups:
         """Test the differences within groups against the residual of a fit, once."""
@@ -330,7 +348,7 @@ class StepwiseSelection:
         """Fit all parameters once more with weights and initial states of the model with the effect.
 
         Where the model fell out of step with the motion over whole runs, the windows are lengthened again: with the
-        effect it may follow them.
+        effect it may follow them. Raises DivergedError where the vehicle diverges next to the estimate.
         """
         if self.whole_runs and any(t.is_window for t in fit.segments):
             return self._lengthened_fit(fit)

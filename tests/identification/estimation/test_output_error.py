@@ -14,7 +14,7 @@ from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import create_context
 from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.calibration import calibrate
-from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.estimation.gauss_newton import DivergedError, GaussNewton
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.noise_floor import estimate_noise_floor, noise_weights
 from railui.identification.estimation.output_error import fit_output_error
@@ -175,3 +175,29 @@ def test_a_fit_with_a_sensor_effect_is_independent_of_the_number_of_jobs():
     assert first.x[-1] == pytest.approx(0.01, abs=5e-4)
     np.testing.assert_array_equal(first.x, second.x)
     np.testing.assert_array_equal(first.covariance, second.covariance)
+
+
+class DivergesOnce(GaussNewton):
+    """Optimiser next to whose first new point the vehicle diverges."""
+
+    refused: np.ndarray | None = None
+    start: np.ndarray | None = None
+
+    def linearise(self, x):
+        if self.start is None:
+            self.start = x
+        elif self.refused is None:
+            self.refused, self.segments = x, []
+            raise DivergedError
+        return super().linearise(x)
+
+
+def test_a_point_next_to_which_the_vehicle_diverges_is_not_taken():
+    fit = calibrated()
+    start = fit.x * (1.0 + 0.02 * np.cos(np.arange(len(fit.x))))
+    context = simulated_campaign().context
+    optimiser = DivergesOnce(context, fit.model, fit.free, fit.segments, block=1.0, stable=False)
+    found = optimiser.fit(start, tolerance=0.5, max_iterations=1)
+    misfits = optimiser_of(fit).misfit(np.stack([start, found.x, optimiser.refused]))
+    assert misfits[2] < misfits[1] < misfits[0]
+    assert len(found.segments) == len(fit.segments)
