@@ -74,8 +74,7 @@ def effects_table(report: Report) -> Any:
 
     rows = []
     for effect in report["effects"]:
-        is_single = effect["at"].startswith("secondary")  # one suspension, of no wheelset
-        wheelset = str(effect["wheelset"] or ("-" if is_single else "both"))
+        wheelset = "both" if effect["wheelset"] is None else str(effect["wheelset"])
         phases = [(f"phase, {segment_text(p)}", p) for p in effect["phases"]]
         for name, p in [*effect["parameters"].items(), *phases]:
             cells = quantity_cells(p["value"], p["sd"], p["unit"])

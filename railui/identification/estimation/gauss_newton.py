@@ -29,6 +29,10 @@ MAX_LOG_RATIO_STEP = 1.5  # of a parameter that moves by ratios, per iteration
 MAX_ITERATIONS = 30
 
 
+class DivergedFit(ValueError):
+    """Fit that reached a point where the simulated vehicle diverges."""
+
+
 class GaussNewton:
     """Output-error least squares of one model structure over prepared segments.
 
@@ -152,7 +156,7 @@ class GaussNewton:
         def gram(target: FitSegment) -> FloatArray:
             series, diverged = self.sensitivities(target, x)
             if np.any(diverged >= 0):
-                raise ValueError(f"the vehicle diverges on {target.segment.file} at a point of the fit")
+                raise DivergedFit(f"the vehicle diverges on {target.segment.file} at a point of the fit")
             return block_gram(series, self.block_samples(target))
 
         self.restart_windows(x)
