@@ -153,6 +153,11 @@ class Fit(Summarised):
         return rows
 
     @property
+    def units(self) -> dict[str, str]:
+        """Unit of each parameter by path."""
+        return {path: one.unit for path, one in self.estimates.items()}
+
+    @property
     def status(self) -> str:
         """Reason for which the iteration ended."""
         return self.estimation.status

@@ -58,6 +58,15 @@ def data_set(
     return xr.Dataset(variables, coordinates, dict(attributes or {}))
 
 
+def grid_data_set(
+    values: Mapping[str, ArrayLike], axes: Mapping[str, ArrayLike], units: Mapping[str, str], title: str
+) -> xarray.Dataset:
+    """Return arrays over several axes, in their order, as an xarray.Dataset; exceptions as `data_set`."""
+    variables = {name: (tuple(axes), np.asarray(x), {"units": units.get(name, "")}) for name, x in values.items()}
+    coordinates = {name: (name, np.asarray(x), {"units": units.get(name, "")}) for name, x in axes.items()}
+    return optional_module("xarray").Dataset(variables, coordinates, {"title": title})
+
+
 def optional_module(name: str) -> Any:
     """Import pandas or xarray; ImportError with the remedy where it is not installed."""
     try:

@@ -95,6 +95,13 @@ class Optimisation(Summarised):
         """Warnings about the study and its result."""
         return tuple(self.data["warnings"])
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each variable and objective."""
+        units = {variable.path: variable.unit for variable in self.study.variables}
+        aims = zip(self.objectives, self.data["aims"], strict=True)
+        return units | {name: RESPONSE_KEYS[aim["key"]].unit for name, aim in aims}
+
     def design(self, number: int | None = None) -> Design:
         """Return a design of the front as a vehicle, by default that at the knee point.
 
@@ -123,9 +130,7 @@ class Optimisation(Summarised):
             | dict(zip(limits, one.constraints, strict=True))
             for one in self.front
         ]
-        units = {variable.path: variable.unit for variable in self.study.variables}
-        units |= {o: RESPONSE_KEYS[aim["key"]].unit for o, aim in zip(self.objectives, self.data["aims"], strict=True)}
-        return frame_of_rows(rows, units)
+        return frame_of_rows(rows, self.units)
 
     def plot_front(self, ax: Axes | None = None, *, objective: int = 1) -> Axes:
         """Draw an objective, by its number, against the first: front, knee point and baseline."""
@@ -155,8 +160,7 @@ class Optimisation(Summarised):
             for name, value in zip(names, [*one.objectives, *one.constraints], strict=True)
         ]
         if self.knee is not None:
-            units = {variable.path: variable.unit for variable in self.study.variables}
-            rows += [SummaryRow(path, x, units[path]) for path, x in self.front[self.knee].variables.items()]
+            rows += [SummaryRow(path, x, self.units[path]) for path, x in self.front[self.knee].variables.items()]
         return rows
 
     def summary_notes(self) -> Sequence[str]:

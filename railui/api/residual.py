@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from railui.api.display import draw_on
+from railui.api.display import Summarised, SummaryRow, draw_on
 from railui.arrays import FloatArray
 from railui.campaign.comparison import compare, cut_samples
 from railui.campaign.segment import Segment
@@ -18,6 +18,7 @@ from railui.runs.columns import RIG_FORMS, columns_of
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.axes import Axes
 
     from railui.identification.estimation.validation import Validation
@@ -26,7 +27,7 @@ SEGMENTS: Final = ("estimation", "validation", "test")
 
 
 @dataclass(frozen=True, eq=False)
-class Residual:
+class Residual(Summarised):
     """Measured and simulated channels of a segment as compared: in the band of the campaign, both ends cut.
 
     Attributes
@@ -75,13 +76,36 @@ class Residual:
         """Return `CHANNEL measured`, `CHANNEL simulated` and `CHANNEL residual` over t; ImportError without pandas."""
         from railui.api.frames import data_frame
 
+        columns, units = self._columns()
+        return data_frame(columns, "t", units)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the columns of `to_frame` as an xarray.Dataset over t, with units; ImportError without xarray."""
+        from railui.api.frames import data_set
+
+        columns, units = self._columns()
+        return data_set(columns, "t", units, {"title": f"{self.file}, {self.role}"})
+
+    def _columns(self) -> tuple[dict[str, FloatArray], dict[str, str]]:
         columns: dict[str, FloatArray] = {"t": self.t}
         units = {"t": "s"}
         for channel, measured, simulated in zip(self.channels, self.measured, self.simulated, strict=True):
             parts = {"measured": measured, "simulated": simulated, "residual": measured - simulated}
             columns |= {f"{channel} {part}": values for part, values in parts.items()}
             units |= {f"{channel} {part}": self.units[channel] for part in parts}
-        return data_frame(columns, "t", units)
+        return columns, units
+
+    def summary_title(self) -> str:
+        """Return run and role."""
+        return f"residual of {self.file}, {self.role}, {self.t[-1] - self.t[0]:.1f} s"
+
+    def summary_rows(self) -> list[SummaryRow]:
+        """Return NRMSE and rms of the residual of each channel."""
+        rms = np.sqrt(np.mean(self.values**2, axis=1)).tolist()
+        sizes = [
+            SummaryRow(f"rms {name}", value, self.units[name]) for name, value in zip(self.channels, rms, strict=True)
+        ]
+        return [*(SummaryRow(f"NRMSE {name}", value) for name, value in self.nrmse.items()), *sizes]
 
     def plot(self, channel: str, ax: Axes | None = None) -> Axes:
         """Draw a channel as measured, simulated and their difference against time; return the axes."""

@@ -18,6 +18,7 @@ from railui.vehicle.design import Design as VehicleDesign
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.axes import Axes
 
     from railui.ride_quality.evaluation import TrackLike
@@ -96,6 +97,17 @@ class Response(DesignResult):
         """Return magnitudes and phases [rad] by `channel/irregularity`, over frequency; ImportError without pandas."""
         from railui.api.frames import data_frame
 
+        columns, units = self._columns()
+        return data_frame(columns, "frequency", units)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the columns of `to_frame` as an xarray.Dataset over frequency; ImportError without xarray."""
+        from railui.api.frames import data_set
+
+        columns, units = self._columns()
+        return data_set(columns, "frequency", units, {"title": self.summary_title()})
+
+    def _columns(self) -> tuple[dict[str, FloatArray], dict[str, str]]:
         columns: dict[str, FloatArray] = {"frequency": self.frequencies}
         units = {"frequency": "Hz"}
         for channel, inputs in self.data["transfer"].items():
@@ -103,7 +115,7 @@ class Response(DesignResult):
                 name = f"{channel}/{irregularity}"
                 columns |= {name: np.asarray(one["magnitude"]), f"{name} phase": np.asarray(one["phase"])}
                 units |= {name: one["unit"], f"{name} phase": "rad"}
-        return data_frame(columns, "frequency", units)
+        return columns, units
 
     def plot_magnitude(self, channel: str, irregularity: str = "yw", ax: Axes | None = None) -> Axes:
         """Draw the magnitude of a transfer function against frequency."""

@@ -17,6 +17,7 @@ from railui.vehicle.design import Design as VehicleDesign
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.axes import Axes
 
     from railui.optimisation.evaluation import Evaluator
@@ -73,6 +74,13 @@ class ResponseMap(DesignResult):
         x, y = np.meshgrid(self.x, self.y)
         columns = {self.data["x"]["name"]: x.ravel(), self.data["y"]["name"]: y.ravel()}
         return data_frame({**columns, **{key: self.values(key).ravel() for key in self.keys}}, None, self.units)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return each result [y, x] over both parameters, with units; ImportError without xarray."""
+        from railui.api.frames import grid_data_set
+
+        axes = {str(self.data["y"]["name"]): self.y, str(self.data["x"]["name"]): self.x}
+        return grid_data_set({key: self.values(key) for key in self.keys}, axes, self.units, self.summary_title())
 
     def plot(self, key: str, ax: Axes | None = None) -> Axes:
         """Draw a result over both parameters, with contours; the design is a star."""

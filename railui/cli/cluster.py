@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def connect(scheduler: str, call: Invocation) -> DaskRunner:
-    """Connect to a scheduler; UsageError without the packages, ClusterError where nobody answers."""
+    """Connect to a scheduler; UsageError without the packages, ClusterError where none answers."""
     try:
         from railui.execution.dask_cluster import DaskRunner
     except ModuleNotFoundError as error:

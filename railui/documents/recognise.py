@@ -50,7 +50,10 @@ def recognise(path: str | Path) -> str:
             kind = "element"
         if "y" in names and "t" not in names and {"z", "delta_r"} & names:
             kind = "delta_r" if "delta_r" in names else "profile"
-        remedy = "give a run with a column t [s], or a track with s [m], yw [m]"
+        remedy = (
+            "give a run with a column t [s], or a track with s [m], yw [m];"
+            f" `railui import {path} --draft map.yaml` begins a map for files of other programs"
+        )
     else:
         kind = document_kind(load_yaml(path).value)
         remedy = "write `schema: railui.design/1`, or the keys of a design, campaign, study, plan, fleet, line or map"

@@ -76,6 +76,11 @@ def close_loop(
     nominal = validate(context, context.nominal, dataset.selection)
     progress.event(ModelValidated("declared", nominal))
     progress.message(f"nominal model: NRMSE {nominal.nrmse:.4f} on the validation runs")
+    if nominal.nrmse > 1.0:
+        progress.message(
+            "the nominal model is worse than predicting zero: check signs and units (`convention` of the sensor map)"
+            " and the synchronisation of track and vehicle before the result"
+        )
     base = _calibrated_base(context, nominal)
     progress.event(ModelValidated("before", base.validation))
     selection = StepwiseSelection(context).select_effects(base.fit, base.validation, base.windowed)

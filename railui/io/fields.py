@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from railui.io.problems import Findings, suggest_name
@@ -219,8 +220,17 @@ def _find_group(kind: Any) -> type[BaseModel] | None:
 
 def _example_line(model: type[BaseModel], loc: tuple[Any, ...]) -> str:
     field = _fields(model, loc[:-1]).get(str(loc[-1]))
+    return _example_of_field(str(loc[-1]), field)
+
+
+def _example_of_field(key: str, field: FieldInfo | None) -> str:
+    """Return `key: value` of a field, of a group with its required keys alone."""
     more = getattr(field, "json_schema_extra", None)
     if isinstance(more, dict) and "sample" in more:
         return str(more["sample"])
     group = _find_group(field.annotation) if field is not None else None
-    return f"{loc[-1]}: {{{', '.join(group.model_fields)}}}" if group else f"{loc[-1]}: ..."
+    if group is None:
+        return f"{key}: ..."
+    required = [(f.alias or name, f) for name, f in group.model_fields.items() if f.is_required()]
+    lines = [_example_of_field(name, f) for name, f in required] or list(group.model_fields)
+    return f"{key}: {{{', '.join(lines)}}}"

@@ -11,9 +11,9 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.io.atomic import sha256_file
 from railui.io.problems import Findings, Problem, suggest_name
-from railui.io.table import Table, read_table
+from railui.io.table import Table, read_header, read_table
 from railui.io.units import MAX_PLAUSIBLE_SPEED
-from railui.runs.columns import RIG_FORMS, Column, Form, column_names, columns_of
+from railui.runs.columns import FORMS, RIG_FORMS, Column, Form, column_names, columns_of
 from railui.runs.plausibility import check_limits, warn_of_implausible
 from railui.runs.segments import Segments, find_segments, sampling_rate
 from railui.runs.units import bench_columns, check_magnitudes, columns_in_si, rig_columns
@@ -90,7 +90,24 @@ def load_run(path: str | Path, kind: Form | None = None, *, responses: bool = Tr
     FileProblems
         With every problem of the file.
     """
+    _refuse_foreign_header(path, kind)
     return run_of_table(read_table(path), sha256_file(path), kind, responses=responses)
+
+
+def _refuse_foreign_header(path: str | Path, kind: Form | None) -> None:
+    """Raise FileProblems for a file none of whose columns has the name of a run's: it comes from another program."""
+    header = read_header(path)
+    known = set(columns_of(kind)) if kind is not None else {name for form in FORMS.values() for name in form}
+    if known & set(header.names):
+        return
+    findings = Findings(str(path))
+    findings.add(
+        "",
+        f"has none of the columns of a run ({', '.join(list(columns_of(kind or 'bogie'))[:4])}, ...)",
+        f"`railui import {path} --draft map.yaml` begins a map that makes a run of it",
+        position=(header.line, 1),
+    )
+    findings.raise_errors()
 
 
 def run_of_table(table: Table, sha256: str, kind: Form | None = None, *, responses: bool = True) -> Run:

@@ -34,6 +34,8 @@ class Parameter:
     prior_sd : float or None
         Standard deviation of a prior about the nominal value, for parameters that sensors hardly determine.
     optional : bool
+    example : str
+        Value in the line that a remedy suggests; by default one of the unit.
     """
 
     path: str
@@ -48,6 +50,7 @@ class Parameter:
     usual_range: tuple[float, float] = (0.0, INFINITE)
     prior_sd: float | None = None
     optional: bool = False
+    example: str = ""
 
     @property
     def key(self) -> str:
@@ -79,7 +82,7 @@ class Parameter:
 
     def sample(self) -> str:
         """Return an example line for remedies."""
-        return f"{self.key}: {example_quantity(self.unit)}"
+        return f"{self.key}: {self.example or example_quantity(self.unit)}"
 
 
 def numbered_path(path: str, number: int) -> str:

@@ -16,8 +16,8 @@ def _in_group(group: str, *entries: Parameter) -> tuple[Parameter, ...]:
     return tuple(replace(entry, path=f"{group}.{entry.path}") for entry in entries)
 
 
-def _positive(key: str, symbol: str, unit: str, caption: str, *usual: float) -> Parameter:
-    return Parameter(key, symbol, unit, caption, exclusive_minimum=True, usual_range=(usual[0], usual[1]))
+def _positive(key: str, symbol: str, unit: str, caption: str, low: float, high: float, example: str = "") -> Parameter:
+    return Parameter(key, symbol, unit, caption, exclusive_minimum=True, usual_range=(low, high), example=example)
 
 
 def _zero_by_default(key: str, symbol: str, unit: str, caption: str, most: float = INFINITE) -> Parameter:
@@ -34,13 +34,13 @@ VEHICLE = (
     ),
     *_in_group(
         "vehicle.wheelset",
-        _positive("mass", "m_a", "kg", "mass of one wheelset", 500, 4e3),
-        _positive("yaw_inertia", "I_za", "kg*m^2", "yaw inertia of one wheelset", 200, 3e3),
+        _positive("mass", "m_a", "kg", "mass of one wheelset", 500, 4e3, "1850 kg"),
+        _positive("yaw_inertia", "I_za", "kg*m^2", "yaw inertia of one wheelset", 200, 3e3, "1050 kg*m^2"),
         Parameter("spin_inertia", "I_ya", "kg*m^2", "spin inertia of one wheelset", 0.0, SPIN, usual_range=(20, 400)),
     ),
     *_in_group(
         "vehicle.geometry",
-        _positive("half_wheelbase", "a", "m", "half the wheelbase", 0.7, 2.0),
+        _positive("half_wheelbase", "a", "m", "half the wheelbase", 0.7, 2.0, "1.28 m"),
         Parameter(
             "half_gauge",
             "b",
@@ -51,8 +51,8 @@ VEHICLE = (
             exclusive_minimum=True,
             usual_range=(0.5, 0.9),
         ),
-        _positive("half_spring_base", "b_c", "m", "half the lateral distance of the primary springs", 0.4, 1.2),
-        _positive("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7),
+        _positive("half_spring_base", "b_c", "m", "half the lateral distance of the primary springs", 0.4, 1.2, "1 m"),
+        _positive("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7, "0.46 m"),
     ),
     _positive("vehicle.wheel_load", "N", "N", "load of one wheel on the rail", 1e4, 2e5),
     *_in_group(
@@ -76,9 +76,11 @@ GRAVITY = "gravitational stiffness parameter"
 ANGLE, ROLL = "mean contact angle", "roll of the wheelset per lateral displacement"
 WHEELSET_CONTACT = (
     Parameter("conicity", "lambda", "1", "equivalent conicity", minimum=-2.0, maximum=5.0, usual_range=(0.0, 0.8)),
-    Parameter("longitudinal_creep", "kappa_x", "1", LONGITUDINAL, usual_range=(20, 600)),
-    Parameter("lateral_creep", "kappa_y", "1", LATERAL, usual_range=(20, 600)),
-    Parameter("gravitational_stiffness", "epsilon", "1", GRAVITY, None, "", -1e3, 1e4, usual_range=(0, 60)),
+    Parameter("longitudinal_creep", "kappa_x", "1", LONGITUDINAL, usual_range=(20, 600), example="180"),
+    Parameter("lateral_creep", "kappa_y", "1", LATERAL, usual_range=(20, 600), example="165"),
+    Parameter(
+        "gravitational_stiffness", "epsilon", "1", GRAVITY, None, "", -1e3, 1e4, usual_range=(0, 60), example="6"
+    ),
     Parameter("contact_angle", "delta", "rad", ANGLE, 0.05, CHECK, -1.5, 1.5, usual_range=(0.0, 0.2), prior_sd=0.01),
     Parameter("roll", "sigma", "1", ROLL, 0.05, CHECK, -5.0, 5.0, usual_range=(0.0, 0.2), prior_sd=0.01),
 )

@@ -52,7 +52,7 @@ def counted(twice: str) -> int:
 
 def main() -> None:
     parser = argparse.ArgumentParser()
-    parser.add_argument("--keep", type=Path, help="append the result, dated, and tell the change against the last one")
+    parser.add_argument("--keep", type=Path, help="append the result, dated, and print the change against the last one")
     parser.add_argument("--ride", help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.ride is not None:

@@ -1,4 +1,4 @@
-"""Whether calibration changes an optimum: Pareto fronts of the nominal and of the calibrated model, over several seeds.
+"""Pareto fronts of the nominal and of the calibrated model, over several seeds of the search.
 
 python -m tests.bench.purpose [CAMPAIGN] [--output DIR] [--seeds N] [--write PAGE]: the campaign is looped where its
 calibrated design is not there yet. The study of the bundled campaign is searched with both vehicles and N seeds of the

@@ -180,6 +180,24 @@ def test_values_in_mm_in_a_column_in_m_are_reported(home: Path, column: str) -> 
     assert done.exit_code == 2 and f"write `{column} [mm]` where the numbers are mm" in done.output
 
 
+def test_a_foreign_file_in_the_place_of_a_run_leads_to_the_import(home: Path) -> None:
+    Path("drive.csv").write_text("Zeit;Weg;RL1_y\nms;m;g\n0;0;0,04\n5;0,2;0,05\n", "utf-8")
+    done = CliRunner().invoke(cli, ["check", "drive.csv"], prog_name="railui")
+    shutil.copy("drive.csv", "second.csv")
+    runs = "[{file: drive.csv, role: adjust}, {file: second.csv, role: validate}]"
+    Path("campaign.yaml").write_text(f"vehicle: designs/test_bogie.yaml\nruns: {runs}\n", "utf-8")
+    looped = CliRunner().invoke(cli, ["loop", "campaign.yaml"], prog_name="railui")
+    for output in (done.output, looped.output):
+        assert "`railui import drive.csv --draft map.yaml`" in output and "is not a number" not in output
+
+
+def test_a_missing_group_is_suggested_with_its_required_keys(home: Path) -> None:
+    Path("new.yaml").write_text("vehicle:\n  frame: {mass: 2900, yaw_inertia: 3300}\n", "utf-8")
+    done = CliRunner().invoke(cli, ["check", "new.yaml"], prog_name="railui")
+    assert "add `wheelset: {mass: 1850 kg, yaw_inertia: 1050 kg*m^2}`" in done.output
+    assert "add `contact: {leading: {conicity: 0.15, longitudinal_creep: 180," in done.output
+
+
 def test_a_binary_file_is_not_accepted_as_a_track(home: Path) -> None:
     Path("line.csv").write_bytes(bytes(range(256)) * 20)
     done = CliRunner().invoke(cli, ["ride", BOGIE, "--track", "line.csv", "--speed", "40"], prog_name="railui")

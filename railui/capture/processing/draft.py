@@ -22,19 +22,31 @@ def draft_map(recording: Recording) -> str:
     if speed:
         writer.entry("speed", {"channel": speed})
     else:
-        writer.comment("speed: {channel: NAME}")
+        measured = [name for name in recording.channels if _is_speed(recording.units.get(name))]
+        writer.comment(f"speed: {{channel: {scalar_text(measured[0]) if measured else 'NAME'}}}")
     with writer.block("sensors"):
         for name in recording.channels:
             if name in QUANTITIES:
                 writer.line(f"{name}: {_sensor_text(recording, name)}")
         for name in recording.channels:
             if name not in (*QUANTITIES, speed, recording.abscissa, recording.clock):
-                writer.comment(f"NAME: {_sensor_text(recording, name)}    # {_suggestion(recording, name)}")
+                writer.comment(_commented_sensor(recording, name))
     if any(_is_acceleration(recording, name) for name in recording.channels):
         writer.comment(
             "gravity: raw if the accelerometer measures y'' - g phi (g phi is added), removed if it gives y''"
         )
     return writer.text()
+
+
+def _commented_sensor(recording: Recording, name: str) -> str:
+    """Return the comment for a channel of an unknown name: a sensor to complete, or the reason why it is none."""
+    unit = recording.units.get(name)
+    possible = [quantity for quantity in QUANTITIES if _unit_fits(unit, quantity)]
+    if possible:
+        return f"NAME: {_sensor_text(recording, name)}    # one of {', '.join(possible)}"
+    if _is_speed(unit):
+        return f"{scalar_text(name)} [{unit}]: a speed, see above"
+    return f"{scalar_text(name)} [{unit}]: no quantity has this unit"
 
 
 def _sensor_text(recording: Recording, name: str) -> str:
@@ -49,20 +61,22 @@ def _is_acceleration(recording: Recording, name: str) -> bool:
     return recording.units.get(name) is not None and _unit_fits(recording.units[name], "ayf")
 
 
-def _suggestion(recording: Recording, name: str) -> str:
-    """Return the quantities that the unit of a channel allows."""
-    possible = [quantity for quantity in QUANTITIES if _unit_fits(recording.units.get(name), quantity)]
-    return f"one of {', '.join(possible)}" if possible else "no quantity has this unit"
-
-
 def _unit_fits(unit: str | None, quantity: str) -> bool:
     wanted = QUANTITIES[quantity].unit
     if unit is None:
         return True
     if unit in ("g", "gn"):
         return wanted == "m/s^2"
+    return bool(wanted) and _has_dimension(unit, wanted)
+
+
+def _is_speed(unit: str | None) -> bool:
+    return unit is not None and _has_dimension(unit, "m/s")
+
+
+def _has_dimension(unit: str, wanted: str) -> bool:
     try:
         convert(1.0, unit, wanted)
     except UnitError:
         return False
-    return bool(wanted)
+    return True

@@ -155,7 +155,7 @@ def _effect_bounds(model: Model, path: str, curve_prior_sd: float) -> _Bounds:
 
 
 def least_slip_speed(segments: Sequence[Segment]) -> float:
-    """Slip speed [of z per s] of a rig below which the samples of these runs cannot tell friction from Coulomb's."""
+    """Slip speed [of z per s] of a rig below which these runs do not distinguish friction from Coulomb's."""
     rates = []
     for segment in segments:
         channel = segment.channels[0]

@@ -12,6 +12,7 @@ from dataclasses import replace
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import DivergedError
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments, reprepare_segments
 from railui.vehicle.model import Model
@@ -70,15 +71,21 @@ def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
         The calibrated vehicle, replaced by a better one where the fit over whole runs ended away from its optimum; and
         where the data demand a vehicle that hunts, that one, fitted on windows.
     """
-    segments = context.dataset.estimation
     if not context.nominal.design.is_on_track or context.nominal.limits_hunting:
         return before, None
     cut = _segments_near_limit(context, before)
     if not cut:
         return before, None
-    paths = context.campaign.estimated_parameters
-    limit = context.settings.calibration.max_growth_rate
-    duration = context.settings.windows.window_duration
+    try:
+        return _refit_on_windows(context, before, cut)
+    except DivergedError as error:
+        context.progress.message(f"{error}, on windows: estimated on whole runs alone")
+        return before, None
+
+
+def _refit_on_windows(context: Context, before: Fit, cut: set[SegmentKey]) -> tuple[Fit, Fit | None]:
+    segments, paths = context.dataset.estimation, context.campaign.estimated_parameters
+    limit, duration = context.settings.calibration.max_growth_rate, context.settings.windows.window_duration
     fit, spent = _fit_windows(context, cut)
     segments_again = reprepare_segments(context, fit.model, fit.segments)
     fit = fit_output_error(context, fit.model, paths, segments=segments_again, stable=False)

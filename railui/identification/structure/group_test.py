@@ -157,7 +157,7 @@ class _GroupTest:
         j = self.fit.free.paths.index(path)
         rows, total = self._members(path), self.products.sum(axis=0)
         gram, score = projector.gram(rows @ total @ base.T, rows @ total @ rows.T)
-        # members that the data do not tell apart differ by as much as a prior allows
+        # members that the data do not separate differ by as much as a prior allows
         size = abs(self.fit.x[j]) or self.fit.free.size[j]
         usual = self.context.settings.calibration.element_prior_share * size
         estimate = np.linalg.solve(gram + np.eye(len(rows)) * self.variance / usual**2, score)

@@ -107,7 +107,7 @@ def data_fault_sentence(diagnosis: Diagnosis) -> str:
         text = f"{fault.text[0]}{fault.text[1:]}"
         if fault.alternatives:
             other = " or ".join(f"`{line}`" for line in fault.alternatives[:3])
-            text += f"; correct it by `{fault.yaml}` or {other}: these data cannot tell which"
+            text += f"; correct it by `{fault.yaml}` or {other}: these data do not determine which"
         elif fault.yaml:
             text += f"; correct it by `{fault.yaml}`"
         parts.append(text)

@@ -80,3 +80,11 @@ def test_draft_contains_every_channel(tmp_path: Path) -> None:
     text = (tmp_path / "map.yaml").read_text()
     assert result.exit_code == 0 and all(name in text for name in SERIES) and "one of ay1, ay2, ayf" in text
     assert "{channel: acc_y, gravity: raw}" in text and "{channel: way}" in text  # gravity is of accelerometers
+
+
+def test_draft_names_the_channel_of_the_speed_by_its_unit(tmp_path: Path) -> None:
+    lines = ["Zeit;Geschwindigkeit;Temp", "ms;km/h;°C", *(f"{5 * i};{136 + i / 7:.3f};21,5" for i in range(40))]
+    (tmp_path / "drive.csv").write_text("\n".join(lines).replace(".", ","), "latin-1")
+    CliRunner().invoke(cli, ["import", str(tmp_path / "drive.csv"), "--draft", str(tmp_path / "map.yaml")])
+    text = (tmp_path / "map.yaml").read_text()
+    assert "# speed: {channel: Geschwindigkeit}" in text and "Temp [°C]: no quantity has this unit" in text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,9 @@ import pytest
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import Context, create_context
+from railui.identification.estimation import multiple_shooting
 from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.gauss_newton import DivergedError
 from railui.identification.estimation.multiple_shooting import cut_into_windows, max_growth_rate, windowed_files
 from railui.identification.estimation.problem import estimate_window_start, prepare_segments
 from railui.identification.estimation.validation import validate
@@ -84,3 +87,15 @@ def test_unmodelled_flanges_are_found(hunting: Dataset):
     assert "flange_contact" in [e.kind for e in found.after.model.effects]
     assert found.before.constrained and found.windowed is not None
     assert found.validations["after"].nrmse < 0.1 < 0.5 < found.validations["before"].nrmse
+
+
+def test_windows_on_which_the_fit_diverges_leave_the_fit_over_whole_runs(
+    hunting: Dataset, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def diverge(*given: object, **options: object) -> None:
+        raise DivergedError("the vehicle diverges on run_a.csv.gz at a point of the fit")
+
+    before = SimpleNamespace(model=Model(hunting.campaign.design), constrained=True)
+    monkeypatch.setattr(multiple_shooting, "fit_output_error", diverge)
+    monkeypatch.setattr(multiple_shooting, "prepare_segments", lambda *given: [])
+    assert multiple_shooting.refit_hunting(create_context(hunting), before) == (before, None)  # type: ignore[arg-type]
