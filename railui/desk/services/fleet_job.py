@@ -8,9 +8,11 @@ from typing import Any
 
 from textual.message import Message
 
-from railui.api.fleet import fleet_block_means, fleet_status, results_directory, update_fleet
+from railui.api.fleet import fleet_block_means, fleet_status, results_directory
 from railui.desk.messages import JobDone
-from railui.desk.services.jobs import BackgroundJob, DeskProgress
+from railui.desk.services.child_job import run_in_child
+from railui.desk.services.fleet_computation import compute_update
+from railui.desk.services.jobs import BackgroundJob
 from railui.fleet.block_means import BlockMeans
 from railui.io.problems import FileProblems
 
@@ -33,6 +35,6 @@ def load_results(path: Path) -> FleetResults | None:
 
 
 def update(job: BackgroundJob, path: Path, loops: int) -> Message:
-    """Compute the new runs of a fleet, test all vehicles and return the results."""
-    update_fleet(path, loops=loops, progress=DeskProgress(job))
+    """Compute the new runs of a fleet and test all vehicles in a process of its own; return the results."""
+    run_in_child(job, compute_update, path, loops)
     return JobDone(job.name, load_results(path))
