@@ -11,7 +11,7 @@ residuals and bounded squares of the random effects.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,68 +91,130 @@ def fit_mixed_model(
     start
         Variances to start from.
     """
-    vehicles, cells = counts
-    x = np.column_stack([np.ones(len(y)), covariates, use])
-    n = FIXED + 2 * vehicles + cells
-    columns = (FIXED + vehicle, FIXED + vehicles + vehicle, FIXED + 2 * vehicles + cell)
-    scatter = float(np.median(np.abs(y - np.median(y))) * MAD) ** 2 or float(np.var(y)) or 1.0
-    base = float(np.median(sd)) ** 2
-    # slopes that change the values by their scatter: temperature and use rise together in the first months
-    slopes = np.where(np.ptp(x[:, 1:], axis=0) > 0.0, x[:, 1:].var(axis=0) / scatter, 1e12)
-    spread = float(np.ptp(use)) or 1.0
-    variance = start.variance if start else 1.0
-    s_a = (start and start.level_variance) or scatter
-    s_b = (start and start.slope_variance) or 0.01 * scatter / spread**2
-    s_u = (start and start.cell_variance) or 0.1 * scatter
-    robust = np.ones(len(y))
-    equations = _Equations(x, use, columns, n)
+    runs = _Runs(y, sd, covariates, use, vehicle, cell, counts)
+    variances, robust = runs.first_variances(start), np.ones(len(y))
     for _ in range(iterations):
-        weights = robust / (variance * sd**2)
-        precision = np.concatenate(
-            [
-                [0.0],
-                slopes,
-                np.full(vehicles, 1.0 / max(s_a, MIN_VARIANCE * base)),
-                np.full(vehicles, 1.0 / max(s_b, MIN_VARIANCE * base / spread**2)),
-                np.full(cells, 1.0 / max(s_u, MIN_VARIANCE * base)),
-            ]
-        )
-        matrix, right = equations.of(weights, y)
-        matrix[np.diag_indices(n)] += precision
-        inverse = _inverse(matrix)
-        solution = inverse @ right
-        fitted = x @ solution[:FIXED] + solution[columns[0]] + use * solution[columns[1]] + solution[columns[2]]
-        residual = (y - fitted) / sd
-        a, b, u = np.split(solution[FIXED:], [vehicles, 2 * vehicles])
-        trace = np.diag(inverse)
-        freedom = max(len(y) - float(np.sum(1.0 - precision * trace)), 1.0)
-        variance_before = variance
-        variance = max((MAD * float(np.median(np.abs(residual)))) ** 2 * len(y) / freedom, MIN_VARIANCE)
-        size = np.abs(residual) / np.sqrt(variance)
-        robust = np.minimum(1.0, HUBER / np.maximum(size, 1e-12))
-        present = np.bincount(vehicle, minlength=vehicles) > 0
-        before = np.array([variance_before, s_a, s_b, s_u])
-        s_a = _component(s_a, a, trace[FIXED : FIXED + vehicles], present)
-        s_b = _component(s_b, b, trace[FIXED + vehicles : FIXED + 2 * vehicles], present)
-        s_u = _component(s_u, u, trace[FIXED + 2 * vehicles :], np.bincount(cell, minlength=cells) > 0)
-        change = np.abs(np.array([variance, s_a, s_b, s_u]) - before)
-        if np.all(change <= TOLERANCE * np.maximum(before, np.array([1.0, base, base / spread**2, base]) * SMALL)):
+        solution = runs.solve(variances, robust)
+        robust = np.minimum(1.0, HUBER / np.maximum(solution.size, 1e-12))
+        before, variances = variances, runs.next_variances(variances, solution)
+        if runs.are_close(before, variances):
             break
-    spread_of = np.sqrt(np.maximum(trace, 0.0))
+    levels, slopes, cells = runs.random_effects(solution.numbers)
+    level_sd, slope_sd, _ = runs.random_effects(np.sqrt(np.maximum(solution.open, 0.0)))
     return MixedModel(
-        solution[:FIXED],
-        spread_of[:FIXED],
-        a,
-        b,
-        spread_of[FIXED : FIXED + vehicles],
-        spread_of[FIXED + vehicles : FIXED + 2 * vehicles],
-        u,
-        variance,
-        s_a,
-        s_b,
-        s_u,
-        MAD_EFFICIENCY * freedom,
+        solution.numbers[:FIXED],
+        np.sqrt(np.maximum(solution.open[:FIXED], 0.0)),
+        levels,
+        slopes,
+        level_sd,
+        slope_sd,
+        cells,
+        variances.run,
+        variances.level,
+        variances.slope,
+        variances.cell,
+        MAD_EFFICIENCY * solution.freedom,
     )
+
+
+class _Variances(NamedTuple):
+    """Factor of the variances of the runs; variances of levels, slopes and cells."""
+
+    run: float
+    level: float
+    slope: float
+    cell: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """Fixed and random effects [n], the variances [n] that the data leave open, and the fit of the runs.
+
+    run_variance: factor of the variances of the runs; size: residuals over their standard deviations [run].
+    """
+
+    numbers: FloatArray
+    open: FloatArray
+    freedom: float
+    run_variance: float
+    size: FloatArray
+
+
+class _Runs:
+    """Runs of a quantity with their mixed-model equations."""
+
+    def __init__(
+        self,
+        y: FloatArray,
+        sd: FloatArray,
+        covariates: FloatArray,
+        use: FloatArray,
+        vehicle: NDArray[np.int64],
+        cell: NDArray[np.int64],
+        counts: tuple[int, int],
+    ) -> None:
+        vehicles, cells = counts
+        self.y, self.sd, self.use, self.counts = y, sd, use, counts
+        self.x = np.column_stack([np.ones(len(y)), covariates, use])
+        self.columns = (FIXED + vehicle, FIXED + vehicles + vehicle, FIXED + 2 * vehicles + cell)
+        self.present = np.bincount(vehicle, minlength=vehicles) > 0
+        self.present_cells = np.bincount(cell, minlength=cells) > 0
+        self.scatter = float(np.median(np.abs(y - np.median(y))) * MAD) ** 2 or float(np.var(y)) or 1.0
+        self.base = float(np.median(sd)) ** 2  # usual variance of a run
+        self.spread = float(np.ptp(use)) or 1.0
+        self.equations = _Equations(self.x, use, self.columns, FIXED + 2 * vehicles + cells)
+
+    def first_variances(self, start: MixedModel | None) -> _Variances:
+        """Variances to start from: those of an earlier fit, or guesses from the scatter of the runs."""
+        return _Variances(
+            start.variance if start else 1.0,
+            (start and start.level_variance) or self.scatter,
+            (start and start.slope_variance) or 0.01 * self.scatter / self.spread**2,
+            (start and start.cell_variance) or 0.1 * self.scatter,
+        )
+
+    def precision(self, variances: _Variances) -> FloatArray:
+        """Precisions [n] of fixed and random effects, besides what the runs say."""
+        vehicles, cells = self.counts
+        x, least = self.x[:, 1:], MIN_VARIANCE * self.base
+        # slopes that change the values by their scatter: temperature and use rise together in the first months
+        slopes = np.where(np.ptp(x, axis=0) > 0.0, x.var(axis=0) / self.scatter, 1e12)
+        levels = np.full(vehicles, 1.0 / max(variances.level, least))
+        trends = np.full(vehicles, 1.0 / max(variances.slope, least / self.spread**2))
+        return np.concatenate([[0.0], slopes, levels, trends, np.full(cells, 1.0 / max(variances.cell, least))])
+
+    def solve(self, variances: _Variances, robust: FloatArray) -> _Solution:
+        """Solve the equations with given variances and weights of the runs."""
+        precision = self.precision(variances)
+        matrix, right = self.equations.of(robust / (variances.run * self.sd**2), self.y)
+        matrix[np.diag_indices(len(precision))] += precision
+        inverse = _inverse(matrix)
+        numbers, left = inverse @ right, np.diag(inverse)
+        level, slope, cell = self.columns
+        fitted = self.x @ numbers[:FIXED] + numbers[level] + self.use * numbers[slope] + numbers[cell]
+        residual = (self.y - fitted) / self.sd
+        freedom = max(len(self.y) - float(np.sum(1.0 - precision * left)), 1.0)
+        variance = (MAD * float(np.median(np.abs(residual)))) ** 2 * len(self.y) / freedom
+        variance = max(variance, MIN_VARIANCE)
+        return _Solution(numbers, left, freedom, variance, np.abs(residual) / np.sqrt(variance))
+
+    def random_effects(self, numbers: FloatArray) -> list[FloatArray]:
+        """Split numbers [n] into those of levels, slopes and cells."""
+        vehicles = self.counts[0]
+        return np.split(numbers[FIXED:], [vehicles, 2 * vehicles])
+
+    def next_variances(self, variances: _Variances, solution: _Solution) -> _Variances:
+        """Variances that the solution asks for."""
+        present = (self.present, self.present, self.present_cells)
+        effects, left = self.random_effects(solution.numbers), self.random_effects(solution.open)
+        components = map(_component, variances[1:], effects, left, present)
+        return _Variances(solution.run_variance, *components)
+
+    def are_close(self, before: _Variances, after: _Variances) -> bool:
+        """Return True if the variances have converged."""
+        least = SMALL * np.array([1.0, self.base, self.base / self.spread**2, self.base])
+        change = np.abs(np.array(after) - np.array(before))
+        return bool(np.all(change <= TOLERANCE * np.maximum(before, least)))
 
 
 def _component(variance: float, effects: FloatArray, uncertain: FloatArray, present: NDArray[np.bool_]) -> float:

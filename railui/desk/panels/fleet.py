@@ -18,7 +18,8 @@ from railui.desk.panels.search_layout import Layout, Placed, apply_layout
 from railui.desk.presenters.fleet_history import NO_HISTORY, history_plot
 from railui.desk.presenters.fleet_tables import FIRST_QUANTITY, alarm_columns, quantity_heads, vehicle_columns
 from railui.desk.presenters.fleet_text import evidence_text, summary_text
-from railui.desk.services.fleet_job import FleetResults, load_results, update
+from railui.desk.services.fleet_computation import FleetResults, load_results
+from railui.desk.services.fleet_job import update
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.table import Table
