@@ -45,8 +45,8 @@ def take(desk: Desk, name: str) -> None:
 
 
 async def wait_until(condition: Callable[[], bool]) -> None:
-    """Wait until a condition holds, at most five minutes."""
-    for _ in range(6000):
+    """Wait until a condition holds, at most twenty minutes."""
+    for _ in range(24_000):
         if condition():
             return
         await asyncio.sleep(0.05)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -21,10 +18,11 @@ from railui.desk.services.child_job import run_in_child
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.widgets.dialogs import QuestionDialog
 from railui.desk.widgets.form import Form
-from railui.progress import Progress
+from tests.desk.computations import count, fail, wait_for_ever
 from tests.desk.conftest import OpenDesk
 
 pytestmark = pytest.mark.asyncio
+SECONDS = 300.0  # for a process to start on a busy machine
 METHODS = ("simulate", "ride_statistics", "eigenvalues")
 
 
@@ -75,28 +73,6 @@ async def test_a_loop_runs_in_a_process_of_its_own_that_is_paused_and_stopped(
     assert not threads
 
 
-def count(progress: Progress, number: int) -> int:
-    """Count up to a number."""
-    for each in range(number):
-        progress.event(each)
-    progress.message("counted")
-    return number
-
-
-def fail(progress: Progress, name: str) -> None:
-    """Fail, or end the process."""
-    progress.message(name)
-    if name == "killed":
-        os.kill(os.getpid(), signal.SIGKILL)
-    raise FileNotFoundError(f"no {name}")
-
-
-def wait_for_ever(progress: Progress) -> None:
-    """Compute without a checkpoint."""
-    progress.message("waiting")
-    time.sleep(1000.0)
-
-
 class Owner:
     """Widget that keeps the messages posted to it."""
 
@@ -125,7 +101,7 @@ async def test_a_process_delivers_events_messages_and_its_result() -> None:
     owner = Owner()
     job_of(owner, count, 3)
     for _ in range(5):
-        assert owner.arrived.acquire(timeout=60.0)
+        assert owner.arrived.acquire(timeout=SECONDS)
     assert [each.event for each in owner.posted[:3]] == [0, 1, 2]
     assert owner.posted[3].text == "counted" and owner.posted[4].result == 3
 
@@ -134,13 +110,13 @@ async def test_a_process_delivers_events_messages_and_its_result() -> None:
 async def test_the_failure_of_a_process_is_reported(name: str, text: str) -> None:
     owner = Owner()
     job_of(owner, fail, name)
-    assert owner.arrived.acquire(timeout=60.0) and owner.arrived.acquire(timeout=60.0)
+    assert owner.arrived.acquire(timeout=SECONDS) and owner.arrived.acquire(timeout=SECONDS)
     assert text in owner.posted[1].text and not owner.posted[1].is_stopped
 
 
 async def test_a_process_that_does_not_stop_is_killed() -> None:
     owner = Owner()
     job = job_of(owner, wait_for_ever)
-    assert owner.arrived.acquire(timeout=60.0)
+    assert owner.arrived.acquire(timeout=SECONDS)
     job.stop(0.1)
-    assert owner.arrived.acquire(timeout=60.0) and owner.posted[1].is_stopped
+    assert owner.arrived.acquire(timeout=SECONDS) and owner.posted[1].is_stopped

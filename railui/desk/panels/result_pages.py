@@ -25,6 +25,7 @@ PAGES: Final = {
     "shelf": "Shelf",
 }
 GAP: Final = 2  # columns between two names
+KEYS: Final = " [ ] "  # that change the page
 SHORT: Final = 4  # letters of a name where there is little room
 
 
@@ -108,7 +109,8 @@ class ResultTabs(Static):
         for name, title in self._cells:
             text.append(title, "bold reverse" if name == page else "")
             text.append(" " * (GAP - 1))
-        text.append(" [ ] ", "dim")
+        if text.cell_len + len(KEYS) <= (self.content_size.width or 1000):
+            text.append(KEYS, "dim")
         text.append(status, "dim italic")
         self.update(text, layout=False)
 

@@ -9,6 +9,7 @@ from rich.style import Style
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Grid
+from textual.geometry import Size
 from textual.widgets import Static
 
 from railui.desk.messages import JobDone, ProgressEvent
@@ -40,6 +41,7 @@ class StabilityPage(ResultPage):
         super().__init__(id=id)
         self.known = CriticalSpeeds()
         self.computing = ("", "")  # key and kind
+        self._sizes: dict[str, Size] = {}  # of the panes, when they were shown last
         self.requested: set[tuple[str, str]] = set()  # keys and kinds of the job
         self.modes: tuple[list[TrackedMode], list[TrackedMode]] | None = None
         self.mode_runner = LatestJobRunner(self, "modes")
@@ -63,7 +65,6 @@ class StabilityPage(ResultPage):
             self.modes = None
         self.mode_runner.submit(partial(track_both, results))
         self._draw()
-        self.call_after_refresh(self._draw)  # in the size of the page once it is shown
         wanted = [
             (each, kind)
             for each in (results if results[0] is not results[1] else results[:1])
@@ -117,7 +118,7 @@ class StabilityPage(ResultPage):
         pane = self.query_one("#critical", Static)
         key, kind = self.computing
         computing = kind if key == critical_key(current.design, current.conditions.track) else ""
-        width = pane.content_size.width
+        width = self._room(pane).width
         pane.update(critical_speeds_text(known, known_base, computing, width), layout=False)
         self.query_one("#cycles", Plot).show(cycles_plot(known, known_base))
         damping, locus, modes = (self.query_one(f"#{name}") for name in ("damping", "locus", "modes"))
@@ -131,9 +132,15 @@ class StabilityPage(ResultPage):
             return
         damping.show(damping_plot(*self.modes, known, speed))
         locus.show(locus_plot(*self.modes, speed))
-        size = modes.content_size
+        size = self._room(modes)
         style = partial(_series_style, damping)
         modes.update(modes_text(*self.modes, speed, style, size.width, size.height), layout=False)
+
+    def _room(self, pane: Static) -> Size:
+        """Return the size of a pane; while its page is hidden, the last one."""
+        if pane.content_size.area:
+            self._sizes[str(pane.id)] = pane.content_size
+        return self._sizes.get(str(pane.id), pane.content_size)
 
     def on_resize(self) -> None:
         self.arrange_parts()

@@ -28,6 +28,7 @@ CURVE_RADII: Final = (250.0, 300.0, 400.0, 500.0, 600.0, 800.0, 1000.0, 1500.0, 
 MIN_FREQUENCY: Final = 0.1  # Hz, of the spectra
 MAX_FREQUENCY: Final = 40.0  # Hz
 MAX_FALL: Final = 1e-4  # of a spectral density within a third of an octave, below which it is rounding error
+FALL_BEGIN = 0.1  # of the largest density before a fall, where it begins
 CHANNELS: Final = ("e1", "e2", "ayf")
 
 
@@ -170,5 +171,6 @@ def last_excited_frequency(f: FloatArray, density: FloatArray) -> float:
     for i in np.flatnonzero((f > MIN_FREQUENCY) & (density > 0)):
         before = density[(f >= f[i] / 2 ** (1 / 3)) & (f < f[i])]
         if len(before) and density[i] < MAX_FALL * before.max():
-            return float(f[i - 1])
+            edge = (f < f[i]) & (density >= FALL_BEGIN * before.max())  # before the fall, not on it
+            return float(f[edge][-1])
     return float(f[-1])

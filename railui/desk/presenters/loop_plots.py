@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from railui.campaign.comparison import cut_samples
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.plot_data import Line, PlotData
+from railui.desk.widgets.plot_data import Difference, Line, PlotData
 from railui.report.loop.figures import Window, units_of
 from railui.report.loop.force_evaluation import SuspensionForce
 from railui.report.numbers import display_scale
@@ -45,7 +45,9 @@ def series_plot(finished: FinishedLoop, channel: str) -> PlotData:
         for key in LABELS
         if key in finished.series
     ]
-    return PlotData(Axis("t", "s"), Axis(channel, unit), lines)
+    data, model = lines[0], lines[-1]
+    difference = Difference(t, model.y - data.y, unit, f"{model.label} - data") if len(lines) > 1 else None
+    return PlotData(Axis("t", "s"), Axis(channel, unit), lines, difference=difference)
 
 
 def force_plot(forces: SuspensionForce) -> PlotData:

@@ -11,7 +11,8 @@ from railui.desk.presenters.front_columns import FrontColumn
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import LimitLine, Line, Mark, PlotData
 
-MAX_NAME: Final = 12  # characters of the name of an axis
+MAX_NAME: Final = 9  # columns of the name of an axis
+MAX_LETTERS: Final = 4  # of a word of it
 NAME_HEIGHTS: Final = (1.3, 1.15)  # of the names of even and odd axes, above the largest value
 NAMES_TOP: Final = 1.4
 MAX_LINES: Final = 60
@@ -47,8 +48,8 @@ def parallel_plot(columns: Sequence[FrontColumn], rows: Sequence[int], index: in
 
 def _name_mark(number: int, column: FrontColumn) -> Mark:
     """Return the name of an axis above it, in two rows alternately."""
-    name = column.symbol[:MAX_NAME] or column.name[:MAX_NAME]
-    return Mark(float(number), NAME_HEIGHTS[number % 2], name[0], name[1:], "other")
+    name = column.symbol or " ".join(word[:MAX_LETTERS] for word in column.name.split())
+    return Mark(float(number), NAME_HEIGHTS[number % 2], "|", name[:MAX_NAME], "other")
 
 
 def _scaled(column: FrontColumn) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from textwrap import shorten
 from typing import Any
 
 from rich.text import Text
@@ -97,7 +98,7 @@ def comparison_text(current: DesignResults, base: DesignResults, width: int) -> 
     if base is not current and base.quality["class"] != quality_class:
         text.append(f"  base: {base.quality['class']}", "dim")
     text.append("  (no acceptance)"[: max(0, width - text.cell_len)], "dim")
-    text.append("\n" + str(current.quality["decided_by"])[: max(0, width)] + "\n", "dim")
+    text.append("\n" + shorten(str(current.quality["decided_by"]), max(3, width), placeholder=" ...") + "\n", "dim")
     values = quality_values(current)
     base_values = quality_values(base) if base is not current else None
     for main, extra in zip(MAIN_ROWS, EXTRA_ROWS, strict=True):

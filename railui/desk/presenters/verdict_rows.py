@@ -97,7 +97,7 @@ def next_run_rows(report: Mapping[str, Any]) -> list[Bar]:
 def no_next_run_text(report: Mapping[str, Any]) -> str:
     """Return why no run is proposed."""
     if not any(row["undecided"] for row in report["rivals"][1:]):
-        return "no run needed: the data separate the final model from every rival"
+        return "none needed: every rival is rejected"
     return "no run proposed: the vehicle hunts, is on a rig, or no run separates the rivals"
 
 

@@ -158,6 +158,8 @@ class Bars(ScrollView, can_focus=True):
         index = event.y - self.gutter.top + int(self.scroll_offset.y)
         if self.has_cursor and 0 <= index < len(self.rows):
             self.select(index)
+            if event.chain == 2:
+                self.app.simulate_key("enter")
 
     def action_copy(self) -> None:
         table = "".join(f"{row.name}\t{row.fraction:.6g}\t{row.text}\n" for row in self.rows)

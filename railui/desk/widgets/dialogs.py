@@ -16,7 +16,7 @@ from textual.await_complete import AwaitComplete
 from textual.binding import Binding
 from textual.containers import Vertical, VerticalScroll
 from textual.content import Content
-from textual.events import Key
+from textual.events import Click, Key
 from textual.screen import ModalScreen
 from textual.strip import Strip
 from textual.widgets import Input, OptionList, Static
@@ -26,6 +26,7 @@ from railui.desk.widgets.cursor import CURSOR_STYLE
 from railui.io.problems import FileProblems
 
 MAX_OPTIONS = 400
+BACK = "dismiss(None)"
 DIFFERENCE_STYLES = {"+": "green", "-": "red"}
 
 
@@ -62,12 +63,26 @@ class Dialog(ModalScreen[str | None]):
         if enter:
             self.call_after_refresh(entry.action_submit)
 
+    def on_click(self, event: Click) -> None:
+        """Close the dialog without an answer by a click outside of it."""
+        if event.widget is self:
+            self.dismiss(None)
+
     def dismiss(self, result: str | None = None) -> AwaitComplete:
         """Close the dialog with an answer; later answers are ignored."""
         if self.is_answered:
             return AwaitComplete()
         self.is_answered = True
         return super().dismiss(result)
+
+
+class DialogKeys(Static):
+    """Line of keys of a dialog that also answer to the mouse."""
+
+    def __init__(self, actions: Mapping[str, str]) -> None:
+        """Create the line; actions: action of the dialog by its key and name."""
+        markup = " · ".join(f"[@click=screen.{action}]{escape(text)}[/]" for text, action in actions.items())
+        super().__init__(markup, classes="dialog-keys")
 
 
 class QuestionDialog(Dialog):
@@ -139,9 +154,14 @@ class InputDialog(Dialog):
         with Vertical(classes="dialog") as box:
             box.border_title = self.question
             yield Input(self.text, select_on_focus=False)
+            yield DialogKeys({"enter accept": "accept", "esc back": BACK})
 
     def on_mount(self) -> None:
         self.insert_typed_ahead()
+
+    async def action_accept(self) -> None:
+        """Take the text as it stands."""
+        await self.query_one(Input).action_submit()
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         self.dismiss(event.value.strip() or None)
@@ -164,13 +184,17 @@ class ChoiceDialog(Dialog):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog tall") as box:
             box.border_title = self.heading
-            box.border_subtitle = "type to filter · ↑↓ · enter · esc"
             yield Input(placeholder="type to filter")
             yield Options(compact=True)
+            yield DialogKeys({"enter take": "accept", "esc back": BACK})
 
     def on_mount(self) -> None:
         self._filter("")
         self.insert_typed_ahead()
+
+    async def action_accept(self) -> None:
+        """Take the highlighted entry, or the text as it stands."""
+        await self.query_one(Input).action_submit()
 
     def _filter(self, text: str) -> None:
         words = text.lower().split()
@@ -219,10 +243,10 @@ class ProblemsDialog(Dialog):
         with Vertical(classes="dialog tall wide") as box:
             count = len(self.problems.problems)
             box.border_title = Content(f"{Path(self.path).name}: {count} problem{'s' if count != 1 else ''}")
-            edit = "e edit · " if self.has_line else ""
-            box.border_subtitle = f"{edit}r read again · c copy · esc back"
+            edit = {"e edit": "dismiss('edit')"} if self.has_line else {}
             with VerticalScroll():
                 yield Static(self.text())
+            yield DialogKeys(edit | {"r read again": "dismiss('again')", "c copy": "copy", "esc back": BACK})
 
     def on_mount(self) -> None:
         self.query_one(VerticalScroll).focus()
@@ -276,7 +300,6 @@ class HelpDialog(Dialog):
 
         with Vertical(classes="dialog tall wide") as box:
             box.border_title = "Help"
-            box.border_subtitle = "↑↓ · esc"
             with VerticalScroll():
                 for text in self.texts:
                     yield Markdown(text.strip())
@@ -285,6 +308,7 @@ class HelpDialog(Dialog):
                     table.append(f"  {key:>14}  ", "bold")
                     table.append(f"{description}\n")
                 yield Static(table)
+            yield DialogKeys({"esc back": BACK})
 
     def on_mount(self) -> None:
         self.query_one(VerticalScroll).focus()

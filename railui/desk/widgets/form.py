@@ -191,10 +191,11 @@ mouse drags the slider.
             names = min(names, max(8, len(field.name) + 2))
             room = max(4, width - sum(len(s.text) for s in segments) - names - 1)
             return [*segments, Segment(field.name[: names - 1].ljust(names), name), Segment(text[:room], value)]
-        segments.append(Segment(field.name[: names - 1].ljust(names), name))
-        text = f"! {text}" if field.is_unusual else text
+        text = (f"! {text}" if field.is_unusual else text)[:VALUE_COLUMNS]
         style = mark if field.is_unusual else value
-        segments.append(Segment(text[:VALUE_COLUMNS].rjust(VALUE_COLUMNS), style))
+        shown = f"{field.name[: names + VALUE_COLUMNS - len(text) - 1]} "  # a long name takes blanks before the value
+        segments.append(Segment(shown.ljust(names), name))
+        segments.append(Segment(text.rjust(names + VALUE_COLUMNS - max(names, len(shown))), style))
         used = sum(len(s.text) for s in segments)
         rail = min(24, width - used - 2)
         if rail >= 5 and isinstance(field.value, float | int) and not field.choices:

@@ -197,6 +197,8 @@ copies the map as a table.
         i, j = (min(n - 1, max(0, round(p * (n - 1)))) for p, n in zip((x, y), counts, strict=True))
         self.at = (i, j)
         self.refresh()
+        if event.chain == 2:
+            self.action_take()
 
     def action_take(self) -> None:
         if self.data is not None and self.at is not None:

@@ -65,11 +65,12 @@ class Mark:
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """Difference of two lines, drawn in a strip of its own below the plot: x, y and the unit of y."""
+    """Difference of two lines, drawn in a strip of its own below the plot: x, y, the unit of y and a name."""
 
     x: FloatArray
     y: FloatArray
     unit: str = ""
+    name: str = "current - base"
 
     @property
     def label(self) -> str:
@@ -77,7 +78,7 @@ class Difference:
         finite = self.y[np.isfinite(self.y)]
         if not len(finite):
             return ""
-        return f"current - base: {finite.min():+.3g} to {finite.max():+.3g} {self.unit}".rstrip()
+        return f"{self.name}: {finite.min():+.3g} to {finite.max():+.3g} {self.unit}".rstrip()
 
 
 @dataclass(frozen=True, eq=False)

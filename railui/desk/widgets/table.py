@@ -321,6 +321,8 @@ at least, that of the row under the cursor; `u` shows all rows again. `y` copies
             self.action_order()
         elif 0 <= line < len(self.order):
             self._move_to(line)
+            if event.chain == 2:
+                self.app.simulate_key("enter")
 
     def table_text(self, separator: str = "\t") -> str:
         """Return the table with the first lines of its headings, in the order shown."""
