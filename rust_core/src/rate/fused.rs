@@ -3,14 +3,13 @@
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
 //! side by side with the next, divided by its mass; the springs that hold a wheelset itself joined with its gravitation;
 //! what the track alone does is summed once per row of the input table.
-use crate::effects::{Law, PlacedLaw};
+use crate::effects::PlacedLaw;
 use crate::rate::blocks::Row;
 use crate::rate::packed::Place;
 use crate::rate::suspension::{Suspension, TrackRows};
 use crate::simd::{LANES, Lanes, Part};
 use crate::vehicle::group::{Group, STATES};
-use crate::wheel_rail::contact::{AtSpeed, Contact, under};
-use crate::wheel_rail::wheelset::Motion;
+use crate::wheel_rail::contact::{AtSpeed, Contact, Displacement, Motion, under};
 
 /// A part of the lanes of a group.
 pub struct FusedVehicle<'a, P> {
@@ -80,7 +79,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let mut sprung = Vec::new();
         for (wheelset, contact) in group.wheelsets.iter().zip(contacts) {
             let [lateral, yaw] = [wheelset.y, wheelset.psi].map(|dof| minus(&taken(&mut rows[dof], dof)));
-            sprung.push((contact.clone().with_springs(&lateral, &yaw), lateral));
+            sprung.push((contact.with_springs(&lateral, &yaw), lateral));
         }
         let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
         for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&sprung).enumerate() {
@@ -125,7 +124,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let (mut stops, mut ports) = (Vec::new(), Vec::new());
         for law in &group.forces {
             let alpha = part(&law.alpha);
-            if law.law == Law::BumpStop && law.inputs.is_empty() && stops.len() < group.dofs {
+            if law.law.is_stop() && law.inputs.is_empty() && stops.len() < group.dofs {
                 rows.push(([stops.len(), UNUSED_INDEX], law.row.clone()));
                 let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
                 stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
@@ -198,7 +197,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let Wheels { places: [y, psi, vy, vpsi], contact, damping, line, slopes, .. } = wheels;
         let (contact, at_speed) = &self.contacts[*contact];
         let motion = Motion { y: y.of(x) - *line, psi: psi.of(x), vy: vy.of(x), vpsi: vpsi.of(x) };
-        let slip = contact.slip::<true>(at_speed, &motion, *slopes);
+        let slip = contact.slip::<true>(at_speed, &Displacement::linear(motion.y), &motion, *slopes);
         let factors = contact.factors::<LAWS, WHOLE, true>(&slip);
         let given = [damping.mul_add(motion.vy, vy.of(dx)), vpsi.of(dx)];
         let [a_y, a_psi] = contact.touch::<LAWS, true>(at_speed, &motion, &slip, factors, given);

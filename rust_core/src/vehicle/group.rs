@@ -1,5 +1,6 @@
 //! A group of sixteen vehicles of one structure: the rate of change of its state.
-use crate::effects::{Law, PlacedLaw};
+use crate::effects::PlacedLaw;
+use crate::effects::effect::Alteration;
 use crate::numeric::sparse_rows::Rows;
 use crate::simd::{Lanes, Part};
 use crate::vehicle::channels::Reading;
@@ -33,8 +34,8 @@ pub struct Group {
     /// Contribution of the load transfer to the guiding forces of every wheelset; without terms where nothing rolls.
     pub leaning: Vec<Reading>,
     pub readings: Vec<Reading>,
-    /// Sensor laws in order: the channel, which of delay, gain, offset, and its numbers times the amount.
-    pub sensors: Vec<(Law, String, Lanes)>,
+    /// Sensor laws: what they alter, the channel, its number times the amount.
+    pub sensors: Vec<(Alteration, String, Lanes)>,
 }
 
 impl Group {
