@@ -173,7 +173,7 @@ impl Job for Rates<'_> {
         for at in (0..LANES).step_by(P::WIDTH) {
             let x: [P; STATES] = std::array::from_fn(|i| P::load(&self.x[i], at));
             let mut dx = [P::zero(); STATES];
-            self.group.rate(at, self.row, &x, &mut dx);
+            self.group.part(at).rate(self.row, &x, &mut dx);
             for i in 0..self.group.states {
                 (if i < n { x[n + i] } else { dx[i] }).store(&mut out[i], at);
             }
@@ -203,7 +203,7 @@ fn jacobian_column(group: &Group, live: usize, row: &[f64], variable: usize) -> 
     x[variable].slope = Portable::splat(1.0);
     for at in (0..live).step_by(Portable::WIDTH) {
         let mut dx = [Dual::zero(); STATES];
-        group.rate(at, row, &x, &mut dx);
+        group.part(at).rate(row, &x, &mut dx);
         for (i, to) in column.iter_mut().enumerate() {
             (if i < n { x[n + i] } else { dx[i] }).slope.store(to, at);
         }

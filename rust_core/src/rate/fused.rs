@@ -9,6 +9,7 @@ use crate::rate::packed::Place;
 use crate::rate::suspension::{Suspension, TrackRows};
 use crate::simd::{LANES, Lanes, Part};
 use crate::vehicle::group::{Group, STATES};
+use crate::vehicle::port::Port;
 use crate::wheel_rail::contact::{AtSpeed, Contact, Displacement, Motion, under};
 
 /// A part of the lanes of a group.
@@ -40,13 +41,6 @@ struct Wheels<P> {
     /// At the row of the table where `prepared` is: y_w + r phi_w, and what the slopes of the track add to t_y.
     line: P,
     slopes: P,
-}
-
-/// A law at its port: its row, and the same over the masses.
-struct Port<'a, P> {
-    law: &'a PlacedLaw,
-    terms: Vec<(usize, P, P)>,
-    alpha: P,
 }
 
 /// A stop whose deflection is an entry of dx, and the accelerations by its force. Contact is rare: only then
@@ -130,9 +124,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
                 stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
                 continue;
             }
-            let term = |((i, a), (_, push)): (&(usize, Lanes), &(usize, Lanes))| (*i, part(a), part(push));
-            let terms = law.row.iter().zip(&law.pushes).map(term).collect();
-            ports.push(Port { law, terms, alpha });
+            ports.push(Port::new(law, &law.pushes, &group.speed_scale, at));
         }
         (stops, ports)
     }
@@ -187,7 +179,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             }
         }
         for port in &self.ports {
-            self.act(port, row, x, dx);
+            port.act(self.group.dofs, row, x, dx);
         }
     }
 
@@ -213,29 +205,6 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         for (i, push) in &stop.pushes {
             let at = (self.group.dofs + i) & 63;
             dx[at] = push.mul_add(force, dx[at]);
-        }
-    }
-
-    /// As `Group::act`.
-    #[inline(always)]
-    fn act(&self, Port { law, terms, alpha }: &Port<'_, P>, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        let n = self.group.dofs;
-        let (mut z, mut v, mut own) = (P::zero(), P::zero(), P::zero());
-        for (i, a, _) in terms {
-            z = a.mul_add(x[i & 63], z);
-        }
-        if law.looks_at_speed {
-            for (i, a, _) in terms {
-                v = a.mul_add(x[(n + i) & 63], v);
-            }
-        }
-        self.group.follow(law, self.at, row, &mut z, &mut v);
-        let force = *alpha * law.law.force(law.numbers(self.at), z, v, row[0], x[law.state & 63], &mut own);
-        if law.has_state {
-            dx[law.state & 63] = own;
-        }
-        for (i, _, push) in terms {
-            dx[(n + i) & 63] = push.mul_add(force, dx[(n + i) & 63]);
         }
     }
 }

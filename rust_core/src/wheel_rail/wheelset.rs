@@ -29,21 +29,15 @@ pub struct WheelsetLanes {
     pub has_friction: bool,
 }
 
-/// The track as a group passes it: the input row, the speed and its inverse.
+/// The track as a group passes it: the input row and the speed.
 #[derive(Clone, Copy)]
 pub struct Passing<'a, P> {
     pub row: &'a [f64],
     pub speed: P,
-    pub inv_speed: P,
 }
 
-impl<'a, P: Part> Passing<'a, P> {
-    /// At the lanes' multiples of the speed of the row, with their inverses.
-    #[inline(always)]
-    pub fn new(row: &'a [f64], share: P, inv_share: P) -> Self {
-        Passing { row, speed: P::splat(row[1]) * share, inv_speed: P::splat(1.0 / row[1]) * inv_share }
-    }
-}
+/// A contact, and its terms at the present speed.
+type Touching<'a, P> = &'a (Contact<P>, AtSpeed<P>);
 
 /// Input of the creep laws of both wheels of a wheelset: t_x, the spin parts of t_y, the speed.
 #[derive(Clone, Copy)]
@@ -145,6 +139,19 @@ impl WheelsetLanes {
         }
     }
 
+    /// Its contact in newtons, of the lanes from `at` on, at no speed yet.
+    #[inline(always)]
+    pub fn contact<P: Part>(&self, at: usize) -> (Contact<P>, AtSpeed<P>) {
+        self.contact_at(at, P::zero(), P::zero())
+    }
+
+    /// Its contact in newtons at a speed and its inverse.
+    #[inline(always)]
+    fn contact_at<P: Part>(&self, at: usize, speed: P, inv_speed: P) -> (Contact<P>, AtSpeed<P>) {
+        let contact = self.contact.part::<P>(at);
+        (contact, contact.at_speed(speed, inv_speed))
+    }
+
     /// Motion of the wheelset, and u of the rail under it; x: n degrees of freedom, their rates, own states.
     #[inline(always)]
     fn motion<P: Part>(&self, n: usize, x: &[P; 64]) -> (Motion<P>, P) {
@@ -155,9 +162,17 @@ impl WheelsetLanes {
 
     /// Adds Q_y, Q_psi and the gyroscopic moments to the forces dx[n ..], and u' where the rail yields.
     #[inline(always)]
-    pub fn add<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64], dx: &mut [P; 64]) {
+    pub fn add<P: Part>(
+        &self,
+        part: usize,
+        contact: Touching<'_, P>,
+        track: &Passing<'_, P>,
+        n: usize,
+        x: &[P; 64],
+        dx: &mut [P; 64],
+    ) {
         let (motion, u) = self.motion(n, x);
-        let (q_y, q_psi, du) = self.forces(part, track, &motion, u);
+        let (q_y, q_psi, du) = self.forces(part, contact, track, &motion, u);
         let (iy, ipsi) = ((n + self.y) & 63, (n + self.psi) & 63);
         dx[iy] = dx[iy] + q_y;
         dx[ipsi] = dx[ipsi] + q_psi;
@@ -168,13 +183,18 @@ impl WheelsetLanes {
 
     /// Q_y, Q_psi with the gyroscopic moments, and u' of the rail whose movement is u.
     #[inline(always)]
-    pub fn forces<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> (P, P, P) {
-        let contact = self.contact.part::<P>(part);
-        let at_speed = contact.at_speed(track.speed, track.inv_speed);
-        let touch = self.touch(part, &contact, &at_speed, track, motion, u);
-        let (tx, ty) = touch.creep();
+    fn forces<P: Part>(
+        &self,
+        part: usize,
+        contact: Touching<'_, P>,
+        track: &Passing<'_, P>,
+        motion: &Motion<P>,
+        u: P,
+    ) -> (P, P, P) {
+        let touch = self.touch(part, contact, track, motion, u);
+        let ((tx, ty), (contact, at_speed)) = (touch.creep(), contact);
         let [q_y, q_psi] =
-            contact.accelerations(&at_speed, motion, &Pulls::of(tx, ty), [touch.gravitation + touch.flange, P::zero()]);
+            contact.accelerations(at_speed, motion, &Pulls::of(tx, ty), [touch.gravitation + touch.flange, P::zero()]);
         (q_y, q_psi, touch.du)
     }
 
@@ -182,15 +202,14 @@ impl WheelsetLanes {
     ///
     /// (3.4) with gamma_1, gamma_2 of (3.8); a flange presses where the wheelset has moved to.
     #[inline(always)]
-    pub fn guiding<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64]) -> [P; 2] {
+    pub fn guiding<P: Part>(&self, part: usize, track: &Passing<'_, P>, inv_speed: P, n: usize, x: &[P; 64]) -> [P; 2] {
         let (motion, u) = self.motion(n, x);
-        let contact = self.contact.part::<P>(part);
-        let at_speed = contact.at_speed(track.speed, track.inv_speed);
-        let touch = self.touch(part, &contact, &at_speed, track, &motion, u);
+        let contact = self.contact_at(part, track.speed, inv_speed);
+        let touch = self.touch(part, &contact, track, &motion, u);
         let (flange, (_, [ty_1, ty_2])) = (touch.flange, touch.creep());
         let (none, half) = (P::zero(), P::splat(0.5));
         // N (gamma_1 - gamma_2)/2 with the gyroscopic moment, and N (gamma_1 + gamma_2)/2 that spreads the wheels
-        let leaning = half * at_speed.gyro.neg_mul_add(motion.vpsi, -touch.gravitation);
+        let leaning = half * contact.1.gyro.neg_mul_add(motion.vpsi, -touch.gravitation);
         let spread = P::load(&self.spread, part);
         let right = flange.if_less(none, -flange, none);
         let left = none.if_less(flange, -flange, none);
@@ -223,8 +242,7 @@ impl WheelsetLanes {
     fn touch<P: Part>(
         &self,
         part: usize,
-        contact: &Contact<P>,
-        at_speed: &AtSpeed<P>,
+        (contact, at_speed): Touching<'_, P>,
         track: &Passing<'_, P>,
         motion: &Motion<P>,
         u: P,
@@ -284,12 +302,12 @@ impl WheelsetLanes {
         let g = |l: &Lanes| P::load(l, part);
         let e = self.rail.as_ref().map_or(y, |rail| g(&rail.alpha).neg_mul_add(u, y));
         let still = WheelsetLanes { rail: None, curvature: None, ..self.clone() };
-        let contact = self.contact.part::<P>(part);
-        let track = Passing { row, speed: P::splat(1.0), inv_speed: P::splat(1.0) };
-        let at_speed = contact.at_speed(track.speed, track.inv_speed);
+        let (one, track) = (P::splat(1.0), Passing { row, speed: P::splat(1.0) });
+        let at = self.contact_at(part, one, one);
         let motion = Motion { y: e, psi, vy: P::zero(), vpsi: curvature };
-        let touch = still.touch(part, &contact, &at_speed, &track, &motion, P::zero());
-        let (q_y, q_psi, _) = still.forces(part, &track, &motion, P::zero());
+        let touch = still.touch(part, &at, &track, &motion, P::zero());
+        let (q_y, q_psi, _) = still.forces(part, &at, &track, &motion, P::zero());
+        let (contact, at_speed) = at;
         let q_y = at_speed.gyro.neg_mul_add(curvature, q_y);
         let rail = self.rail.as_ref().map_or(P::zero(), |rail| g(&rail.stiffness).mul_add(u, q_y));
         let [_, kappa_n] = contact.along();
