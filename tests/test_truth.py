@@ -70,6 +70,11 @@ PARAMETERS: dict[str, dict[str, object]] = {
     "fading_damper": {"damping": 4e4, "energy": 200.0},
     "hung_mass": {"mass": 800.0, "stiffness": 8e5, "damping": 2e3},
 }
+PARAMETERS |= {
+    kind: known.example(5e-4, 0.02, 6e6)  # at a primary suspension
+    for kind, known in KINDS.items()
+    if kind not in PARAMETERS and known.example is not None
+}
 PLACED = [
     effect(kind, at, wheelset, **PARAMETERS[kind])
     for kind, known in KINDS.items()

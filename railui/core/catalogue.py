@@ -35,6 +35,15 @@ def effect_record(kind: str) -> Record:
     return {record["kind"]: record for record in effect_catalogue()}[kind]
 
 
+def adds_body(kind: str) -> bool:
+    """Return True for an effect that adds a body, such as a lateral mode of the carbody.
+
+    >>> adds_body("coach_mode"), adds_body("spring")
+    (True, False)
+    """
+    return bool(effect_record(kind)["acts"] == "body")
+
+
 @cache
 def parameter_paths(kind: str, rig_input: str | None = None) -> tuple[str, ...]:
     """Return the paths of the numbers of a kind of vehicle ("bogie", "wheelset", "rig"), of a rig by its input.

@@ -191,6 +191,15 @@ class Vehicles:
         flat = self._core.rates(batch, np.ascontiguousarray(row), np.ascontiguousarray(states))
         return flat.reshape(len(batch), -1)
 
+    def jacobians(self, batch: Batch, row: FloatArray) -> FloatArray:
+        """Return the derivatives [vehicle, state, state] of `state_derivatives` at rest, to rounding.
+
+        The kernel evaluates them by dual numbers. At a kink of a law the derivative is the mean of both sides.
+        """
+        flat = self._core.jacobians(batch, np.ascontiguousarray(row))
+        size = round(float(np.sqrt(flat.size / len(batch))))
+        return flat.reshape(len(batch), size, size)
+
     def degrees_of_freedom(self, batch: Batch) -> list[str]:
         """Return the names of the degrees of freedom: y1, psi1, or y.frame, phi.body of multibody vehicles."""
         return self._core.freedoms(batch)

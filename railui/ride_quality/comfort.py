@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from railui.arrays import ComplexArray, FloatArray
+from railui.core import adds_body
 from railui.dsp.discretise import discretise
 from railui.ride_quality.weighting import (
     W_D,
@@ -53,7 +54,7 @@ def felt_acceleration(model: Model) -> tuple[str, ...]:
 
 def carbody_effect(model: Model) -> int | None:
     """Return the index of the effect that adds a carbody above the frame, None if there is none."""
-    return next((i for i, e in enumerate(model.design.effects) if e.kind == "coach_mode"), None)
+    return next((i for i, e in enumerate(model.design.effects) if adds_body(e.kind)), None)
 
 
 def riding_of_row(model: Model, row: FloatArray) -> RidingSettings:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
-from railui.core import Batch, Vehicles, matrix_eigenvalues
+from railui.core import Batch, Vehicles, adds_body, matrix_eigenvalues
 from railui.memo import IdentityCache
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource
@@ -18,8 +18,6 @@ STRAIGHT_TRACK: Final = TrackSource(Track(np.arange(4.0), np.zeros(4)), "straigh
 # m, rad, m/s at which the linearity of a law is tested; 0.1 m would derail
 AMPLITUDES: Final = (1e-5, 1e-4, 1e-3, 1e-2, 4e-2)
 LINEARITY_TOLERANCE: Final = 1e-8  # relative to the largest derivative
-# m, rad, m/s; differences about rest lose no digits, and it is below any slip speed or clearance
-PERTURBATION: Final = 1e-9
 MAX_CACHED_MODELS: Final = 256
 _LINEAR_EFFECTS: Final = IdentityCache[tuple[bool, ...]](MAX_CACHED_MODELS)
 
@@ -80,8 +78,6 @@ def _test_linearity(model: Model) -> tuple[bool, ...]:
 def state_matrices(model: Model, rows: FloatArray, speeds: FloatArray, *, at_rest: bool = False) -> FloatArray:
     """Return the state matrices [n, state, state] of vehicles, x = [q, q', states of effects].
 
-    Central differences of the kernel's state derivatives about zero, where linear terms lose no digit.
-
     Parameters
     ----------
     model : Model
@@ -94,14 +90,7 @@ def state_matrices(model: Model, rows: FloatArray, speeds: FloatArray, *, at_res
         instead of the linear effects only.
     """
     vehicles, batch = _at_speeds(model, rows, speeds, at_rest)
-    n, states = len(rows), vehicles.state_count(batch)
-    perturbations = PERTURBATION * np.vstack([np.eye(states), -np.eye(states)])
-    repeated = batch.select(np.repeat(np.arange(n), 2 * states))
-    derivatives = state_derivatives(model, vehicles, repeated, np.tile(perturbations, (n, 1)))
-    derivatives = derivatives.reshape(n, 2, states, states)
-    with np.errstate(over="ignore", invalid="ignore"):  # masses near zero
-        slopes: FloatArray = (derivatives[:, 0] - derivatives[:, 1]) / (2 * PERTURBATION)
-    return np.ascontiguousarray(np.swapaxes(slopes, 1, 2))
+    return vehicles.jacobians(batch, _level_track_row(model.wheelset_distances()))
 
 
 def eigenvalues(model: Model, rows: FloatArray, speeds: FloatArray, *, at_rest: bool = False) -> ComplexArray:
@@ -116,8 +105,8 @@ def eigenvalues(model: Model, rows: FloatArray, speeds: FloatArray, *, at_rest: 
     (-4.41556+22.55234j)
     """
     active = zip(model.effects, _active_effects(model, at_rest), strict=True)
-    active_kinds = {effect.kind for effect, is_active in active if is_active}
-    if active_kinds <= {"coach_mode"}:  # a body, which the kernel's state matrix includes
+    if all(adds_body(effect.kind) for effect, is_active in active if is_active):
+        # the kernel's state matrix includes bodies
         vehicles, batch = _at_speeds(model, rows, speeds, at_rest)
         return vehicles.eigenvalues(batch, 1.0)
     return matrix_eigenvalues(state_matrices(model, rows, speeds, at_rest=at_rest))

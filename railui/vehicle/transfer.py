@@ -11,13 +11,15 @@ import numpy as np
 from railui.arrays import ComplexArray, FloatArray
 from railui.core import Batch
 from railui.track.input_table import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN, IRREGULARITIES
-from railui.vehicle.linear import PERTURBATION, linear_effects, state_matrices
+from railui.vehicle.linear import linear_effects, state_matrices
 from railui.vehicle.model import Model
 
 DERIVATIVE_COLUMNS: Final = {0: 1, 2: 3}  # of the columns of a wheelset: yw and dyw, phiw and dphiw
 VALUE_COLUMNS: Final = (0, 2, 4)  # yw, phiw, gauge
 SHORT_TIME: Final = 1e-9  # s between two samples, of which the first one is read
 FREQUENCIES_PER_CALL: Final = 4096
+# m, rad, m/s; differences about rest lose no digits, and it is below any slip speed or clearance
+PERTURBATION: Final = 1e-9
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from railui.core import adds_body
 from railui.io.problems import Findings, Problem
 from railui.track.line_geometry import GRAVITY
 from railui.vehicle.effects import PlacedEffect
@@ -43,7 +44,7 @@ def check_bogie_wheel_loads(values: Mapping[str, float], effects: Sequence[Place
     """Warn if four wheel loads do not carry the masses of a bogie; an unknown coach may have any mass."""
     path = "vehicle.wheel_load"
     load = 4 * values[path]
-    coach = [float(m) for e in effects if e.kind == "coach_mode" and isinstance(m := e.parameters.get("mass"), float)]
+    coach = [float(m) for e in effects if adds_body(e.kind) and isinstance(m := e.parameters.get("mass"), float)]
     weight = GRAVITY * (values["vehicle.frame.mass"] + 2 * values["vehicle.wheelset.mass"] + sum(coach))
     carried = f"4 N is {load / 1e3:.4g} kN, the masses"
     if load < (1 - WEIGHT_TOLERANCE) * weight:

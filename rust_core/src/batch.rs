@@ -6,7 +6,7 @@ use crate::integrate::recorder::{Recorder, Series};
 use crate::integrate::ride_statistics::{RideSums, cascade};
 use crate::integrate::run::run;
 use crate::rate::input_table::InputTable;
-use crate::simd::{Job, LANES, Lanes, Part, Portable, dispatch, level};
+use crate::simd::{Dual, Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::vehicle::group::{Group, STATES};
 use crate::vehicle::structure::{Single, Structure};
 use rayon::prelude::*;
@@ -173,13 +173,42 @@ impl Job for Rates<'_> {
         for at in (0..LANES).step_by(P::WIDTH) {
             let x: [P; STATES] = std::array::from_fn(|i| P::load(&self.x[i], at));
             let mut dx = [P::zero(); STATES];
-            self.group.rate(at, self.row, &x, &mut dx);
+            self.group.part(at).rate(self.row, &x, &mut dx);
             for i in 0..self.group.states {
                 (if i < n { x[n + i] } else { dx[i] }).store(&mut out[i], at);
             }
         }
         out
     }
+}
+
+/// Derivatives [vehicle][state][state] of [`rates`] at rest under an input row, exactly.
+pub fn jacobians(vehicles: &VehicleBatch<'_>, row: &[f64]) -> Result<Vec<f64>> {
+    expect_len("columns of the input row", row.len(), vehicles.structure.columns())?;
+    let mut out = Vec::new();
+    for some in vehicles.lane_groups() {
+        let group = vehicles.group(some, &[])?;
+        let columns: Vec<_> = (0..group.states).map(|j| jacobian_column(&group, some.live, row, j)).collect();
+        for lane in 0..some.live {
+            out.extend((0..group.states).flat_map(|i| columns.iter().map(move |column| column[i].0[lane])));
+        }
+    }
+    Ok(out)
+}
+
+/// Derivatives of the rates of all states with respect to one of them.
+fn jacobian_column(group: &Group, live: usize, row: &[f64], variable: usize) -> Vec<Lanes> {
+    let (n, mut column) = (group.dofs, vec![Lanes::ZERO; group.states]);
+    let mut x = [Dual::<Portable>::zero(); STATES];
+    x[variable].slope = Portable::splat(1.0);
+    for at in (0..live).step_by(Portable::WIDTH) {
+        let mut dx = [Dual::zero(); STATES];
+        group.part(at).rate(row, &x, &mut dx);
+        for (i, to) in column.iter_mut().enumerate() {
+            (if i < n { x[n + i] } else { dx[i] }).slope.store(to, at);
+        }
+    }
+    column
 }
 
 /// Equilibrium forces of every vehicle in its curve, a row of the input table each, at `initial`:

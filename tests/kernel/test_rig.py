@@ -13,14 +13,15 @@ from scipy.interpolate import CubicSpline
 from railui import core
 from railui.core import Batch, Placement, Vehicles
 from tests.kernel.pairs import ROUNDING, Floats, assert_same, relative_differences
-from tests.truth.effects import Effect, effect, parse
+from tests.truth.effects import KINDS, Effect, effect, parse
 from tests.truth.rig import Rig, respond
 
 RATE, SECONDS, STEPS = 1000.0, 0.6, 2
 T = np.arange(round(RATE * SECONDS)) / RATE
 CHANNELS = ("z", "vz", "az")
 # in the size of what the rig does: 2 mm at 25 rad/s on 60 kN/m
-EFFECTS: dict[str, dict[str, Any]] = {
+RIG_SIZE = (2e-3, 0.05, 6e4)
+SIZED: dict[str, dict[str, Any]] = {
     "spring": {"stiffness": 3e4},
     "viscous_damper": {"damping": 400.0},
     "free_play": {"half_width": 1e-3},
@@ -33,6 +34,11 @@ EFFECTS: dict[str, dict[str, Any]] = {
     "asymmetric_damper": {"ratio": 2.0},
     "maxwell_damper": {"stiffness": 6e4, "damping": 1e3},
     "measured_force": {"motion": [-3e-3, -1e-3, 5e-4, 2e-3], "force": [90.0, 10.0, -30.0, -60.0], "against": "v"},
+}
+EFFECTS = {
+    kind: SIZED[kind] if kind in SIZED else known.example(*RIG_SIZE)
+    for kind, known in KINDS.items()
+    if "rig" in known.at and (kind in SIZED or known.example is not None)
 }
 INPUTS = {"force": 120.0, "base_displacement": 1.2e-3, "base_acceleration": 1.2}  # amplitude in the unit of u
 

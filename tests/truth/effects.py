@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -42,6 +42,8 @@ class Kind:
     silent: bool = True  # no force at rest
     catalogued: bool = True
     whole: bool = False  # of the bogie: it takes no wheelset
+    # parameters with which tests try it, from the motion z, the speed v and a stiffness k usual at a place
+    example: Callable[[float, float, float], dict[str, Any]] | None = None
 
 
 def force(law: laws.ForceLaw, *needs: str, at: Sequence[str] = SPRUNG, **rest: Any) -> Kind:
@@ -53,15 +55,70 @@ def stranger(law: outside.OutsideLaw, *needs: str, at: Sequence[str], **rest: An
 
 
 KINDS: dict[str, Kind] = {
-    "spring": force(laws.spring, "stiffness", at=(*SPRUNG, "wheelset_yaw"), cycle="none", rates=False),
-    "viscous_damper": force(laws.viscous_damper, "damping", at=(*SPRUNG, "wheelset_yaw"), cycle="loss"),
-    "free_play": force(laws.free_play, "half_width", supersedes="spring", cycle="none", rates=False),
-    "cubic_stiffness": force(laws.cubic_stiffness, "stiffness", cycle="none", rates=False),
-    "quadratic_stiffness": force(laws.quadratic_stiffness, "stiffness", cycle="none", odd=False, rates=False),
-    "bump_stop": force(laws.bump_stop, "gap", "stiffness", cycle="none", rates=False),
-    "dry_friction": force(laws.dry_friction, "force", "slip_speed", cycle="loss"),
-    "hysteresis": force(laws.hysteresis, "stiffness", "yield", states=1, cycle="loss"),
-    "quadratic_damper": force(laws.quadratic_damper, "damping", cycle="loss"),
+    "spring": force(
+        laws.spring,
+        "stiffness",
+        at=(*SPRUNG, "wheelset_yaw"),
+        cycle="none",
+        rates=False,
+        example=lambda z, v, k: {"stiffness": 0.3 * k},
+    ),
+    "viscous_damper": force(
+        laws.viscous_damper,
+        "damping",
+        at=(*SPRUNG, "wheelset_yaw"),
+        cycle="loss",
+        example=lambda z, v, k: {"damping": 0.2 * k * z / v},
+    ),
+    "free_play": force(
+        laws.free_play,
+        "half_width",
+        supersedes="spring",
+        cycle="none",
+        rates=False,
+        example=lambda z, v, k: {"half_width": 0.5 * z},
+    ),
+    "cubic_stiffness": force(
+        laws.cubic_stiffness,
+        "stiffness",
+        cycle="none",
+        rates=False,
+        example=lambda z, v, k: {"stiffness": 0.1 * k / z**2},
+    ),
+    "quadratic_stiffness": force(
+        laws.quadratic_stiffness,
+        "stiffness",
+        cycle="none",
+        odd=False,
+        rates=False,
+        example=lambda z, v, k: {"stiffness": 0.07 * k / z},
+    ),
+    "bump_stop": force(
+        laws.bump_stop,
+        "gap",
+        "stiffness",
+        cycle="none",
+        rates=False,
+        example=lambda z, v, k: {"gap": 0.5 * z, "stiffness": 0.6 * k},
+    ),
+    "dry_friction": force(
+        laws.dry_friction,
+        "force",
+        "slip_speed",
+        cycle="loss",
+        example=lambda z, v, k: {"force": 0.3 * k * z, "slip_speed": 0.7 * v},
+    ),
+    "hysteresis": force(
+        laws.hysteresis,
+        "stiffness",
+        "yield",
+        states=1,
+        cycle="loss",
+        example=lambda z, v, k: {"stiffness": 0.5 * k, "yield": 0.5 * k * z},
+    ),
+    "quadratic_damper": force(
+        laws.quadratic_damper, "damping", cycle="loss", example=lambda z, v, k: {"damping": 0.1 * k * z / v**2}
+    ),
     # a primary has no declared damper, so there the law would be nothing at all
     "asymmetric_damper": force(
         laws.asymmetric_damper,
@@ -69,9 +126,16 @@ KINDS: dict[str, Kind] = {
         at=("secondary_lateral", "secondary_yaw", "rig"),
         cycle="loss",
         odd=False,
+        example=lambda z, v, k: {"ratio": 0.8},
     ),
     "maxwell_damper": force(
-        laws.maxwell_damper, "stiffness", "damping", optional={"blow_off": np.inf}, states=1, cycle="loss"
+        laws.maxwell_damper,
+        "stiffness",
+        "damping",
+        optional={"blow_off": np.inf},
+        states=1,
+        cycle="loss",
+        example=lambda z, v, k: {"stiffness": 0.3 * k, "damping": 0.3 * k * z / v},
     ),
     "creep_saturation": Kind(("contact",), ("friction",), supersedes="creep forces"),
     "vermeulen_johnson": Kind(
@@ -108,8 +172,23 @@ KINDS: dict[str, Kind] = {
     ),
     "rolling_line": Kind(("contact",), ("place", "offset"), odd=False, silent=False),
     "rail_flexibility": Kind(("track",), ("stiffness", "damping"), cycle="loss"),
-    "run_out": force(laws.run_out, "force", "rolling_radius", at=("wheelset",), optional={"phase": 0.0}, silent=False),
-    "steady_force": force(laws.steady_force, "force", at=("frame", "frame_yaw"), odd=False, silent=False),
+    "run_out": force(
+        laws.run_out,
+        "force",
+        "rolling_radius",
+        at=("wheelset",),
+        optional={"phase": 0.0},
+        silent=False,
+        example=lambda z, v, k: {"force": 3e3, "rolling_radius": 0.4623, "phase": 0.7},
+    ),
+    "steady_force": force(
+        laws.steady_force,
+        "force",
+        at=("frame", "frame_yaw"),
+        odd=False,
+        silent=False,
+        example=lambda z, v, k: {"force": 0.3 * k * z},
+    ),
     "coach_mode": Kind(
         ("secondary_lateral",), ("mass", "stiffness", "damping"), supersedes="spring and damper", cycle="loss"
     ),

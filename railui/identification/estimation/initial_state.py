@@ -10,6 +10,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.segment import Segment
 from railui.campaign.settings.estimation import InitialStateSettings
+from railui.core import adds_body
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.identification.prediction import Predictor
@@ -284,7 +285,7 @@ def state_scale(settings: InitialStateSettings, segment: Segment, model: Model) 
                 np.where(lateral, settings.initial_velocity, settings.initial_yaw_rate),
             ]
         )
-    has_coach = any(e.kind == "coach_mode" for e in model.effects) and not segment.coach_forces
+    has_coach = any(adds_body(e.kind) for e in model.effects) and not segment.coach_forces
     displacements = [settings.initial_displacement, settings.initial_yaw] * 3
     rates = [settings.initial_velocity, settings.initial_yaw_rate] * 3
     if has_coach:

@@ -10,7 +10,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.comparison import comparison_filter, kernel_filter, sosfiltfilt_or_demean, upper_band_limit
 from railui.campaign.segment import Segment
-from railui.core import ZeroPhaseFilter
+from railui.core import ZeroPhaseFilter, adds_body
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, may_hunt, state_scale
 from railui.identification.estimation.noise_floor import noise_weights
@@ -225,7 +225,7 @@ def adapt_to_model(
     """
     adapted = []
     for t in prepared:
-        has_other_states = t.segment.is_rig or any(e.kind == "coach_mode" for e in model.effects)
+        has_other_states = t.segment.is_rig or any(adds_body(e.kind) for e in model.effects)
         start = estimate_initial_state(context, model, t.segment) if has_other_states else t.initial_state
         needed = max(t.steps, required_steps(model, t.segment))
         steps = needed if max_steps is None else max(t.steps, min(needed, max_steps))

@@ -88,7 +88,7 @@ def list_candidates(
     for record in core.effect_catalogue():
         kind = str(record["kind"])
         excluded = not record["candidate"] or kind in without
-        if excluded or (kind == "rail_flexibility" and loaded) or (kind == "gauge_conicity" and not has_gauge):
+        if excluded or (record["acts"] == "rail" and loaded) or (kind == "gauge_conicity" and not has_gauge):
             continue
         for at, numbers in candidate_locations(model, record):
             is_possible = at in measured if record["acts"] == "sensor" else (at in sites and at not in prescribed)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
+from railui.core import adds_body
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_length, split_into_blocks
 from railui.identification.estimation.fit import Fit, block_duration, residual_variance
@@ -297,4 +298,4 @@ def _is_linear(candidates: CandidateBatch) -> bool:
 
 
 def _adds_body(candidates: CandidateBatch) -> bool:
-    return candidates.members[0].kind == "coach_mode"
+    return adds_body(candidates.members[0].kind)

@@ -121,7 +121,7 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
                 Kind::Profile => "profile",
                 Kind::Rail => "rail",
                 Kind::Body => "body",
-                Kind::Sensor => "sensor",
+                Kind::Sensor(_) => "sensor",
             },
         )?;
         d.set_item(
@@ -444,6 +444,18 @@ impl Vehicle {
             );
         }
         Ok(PyArray1::from_vec(py, all))
+    }
+
+    /// Derivatives [vehicle, state, state] of `rates` at rest.
+    fn jacobians<'py>(
+        &self,
+        py: Python<'py>,
+        batch: Batch<'_>,
+        row: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let rows = batch.rows()?;
+        let matrices = batch::jacobians(&rows.of(&self.structure), row.as_slice()?).map_err(to_py_error)?;
+        Ok(PyArray1::from_vec(py, matrices))
     }
 
     /// Rate of change [vehicle, state] of each vehicle in its own state under one row of the input table.

@@ -29,11 +29,13 @@ impl Effect for AsymmetricDamper {
     };
 
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
-        vec![p[0] * site.damping]
+        let [ratio] = first(p);
+        vec![ratio * site.damping]
     }
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
-        Slopes { damping: (p[0] * site.damping).max(0.0), ..Slopes::default() }
+        let [ratio] = first(p);
+        Slopes { damping: (ratio * site.damping).max(0.0), ..Slopes::default() }
     }
 }
 
@@ -41,6 +43,7 @@ impl Force for AsymmetricDamper {
     // F = -r c v for v > 0
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(0) * v.max(P::zero()))
+        let [c]: [P; 1] = p.first();
+        -(c * v.max(P::zero()))
     }
 }

@@ -27,16 +27,19 @@ impl Effect for BumpStop {
     };
 
     fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
-        Slopes { stiffness: p[1], ..Slopes::default() }
+        let [_, stiffness] = first(p);
+        Slopes { stiffness, ..Slopes::default() }
     }
 }
 
 impl Force for BumpStop {
     const SPEED: bool = false;
+    const STOP: bool = true;
 
     // F = -k (abs(z) - h) sign z beyond h
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(1) * (z - z.clamp(p.get(0))))
+        let [gap, k]: [P; 2] = p.first();
+        -(k * (z - z.clamp(gap)))
     }
 }

@@ -28,6 +28,7 @@ impl Effect for CoachMode {
     };
 
     fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
-        Slopes { stiffness: p[1], damping: p[2], rate: (p[1] / p[0]).sqrt().max(p[2] / p[0]) }
+        let [mass, stiffness, damping] = first(p);
+        Slopes { stiffness, damping, rate: (stiffness / mass).sqrt().max(damping / mass) }
     }
 }

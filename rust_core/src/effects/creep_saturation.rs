@@ -29,16 +29,19 @@ impl Effect for CreepSaturation {
     };
 
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
-        let limit = p[0] * site.wheel_load;
-        vec![1.0 / (limit * limit)]
+        let [friction] = first(p);
+        vec![per_square_of_sliding(friction * site.wheel_load)]
     }
 }
 
 impl Creep for CreepSaturation {
+    const CUBIC: bool = true;
+
     // q = T/(mu N); factor 1 - q/3 + q^2/27 for q < 3, else 1/q
     #[inline(always)]
     fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
-        let factor = cubic_saturation(wheel.tx.mul_add(wheel.tx, wheel.ty * wheel.ty) * p.get(0));
+        let [per_square]: [P; 1] = p.first();
+        let factor = saturated(wheel.tx.mul_add(wheel.tx, wheel.ty * wheel.ty) * per_square);
         [factor * wheel.tx, factor * wheel.ty]
     }
 }

@@ -29,7 +29,8 @@ impl Effect for CubicStiffness {
     };
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
-        Slopes { stiffness: (3.0 * p[0] * site.motion * site.motion).max(0.0), ..Slopes::default() }
+        let [stiffness] = first(p);
+        Slopes { stiffness: (3.0 * stiffness * site.motion * site.motion).max(0.0), ..Slopes::default() }
     }
 }
 
@@ -39,6 +40,7 @@ impl Force for CubicStiffness {
     // F = -k3 z^3
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(0) * z * z * z)
+        let [k]: [P; 1] = p.first();
+        -(k * z * z * z)
     }
 }

@@ -32,11 +32,13 @@ impl Effect for DryFriction {
     };
 
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
-        vec![p[0], 1.0 / p[1]]
+        let [force, slip_speed] = first(p);
+        vec![force, 1.0 / slip_speed]
     }
 
     fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
-        Slopes { damping: p[0] / p[1], ..Slopes::default() }
+        let [force, slip_speed] = first(p);
+        Slopes { damping: force / slip_speed, ..Slopes::default() }
     }
 }
 
@@ -44,6 +46,7 @@ impl Force for DryFriction {
     // F = -F_c tanh(v/v_0)
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(0) * (v * p.get(1)).tanh())
+        let [force, per_slip_speed]: [P; 2] = p.first();
+        -(force * (v * per_slip_speed).tanh())
     }
 }

@@ -42,55 +42,50 @@ impl Effect for FlangeContact {
         let &[mu, depth, angle] = friction else { return p.to_vec() };
         let (sin, cos) = angle.sin_cos();
         // no force instead of an infinite 1/mu
-        let (limit, normal) = if mu > 0.0 { (1.0 / (mu * mu), 1.0 / sin) } else { (1.0, 0.0) };
+        let (limit, normal) = if mu > 0.0 { (per_square_of_sliding(mu), 1.0 / sin) } else { (1.0, 0.0) };
         let [x, y] = site.creep_slopes.map(|slope| site.wheel_load / slope);
         let load = site.wheel_load;
         vec![clearance, stiffness, normal, limit, 1.0 / load, depth / load, 1.0 / (load * cos), cos, x, y]
     }
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
+        let [_, stiffness] = first(p);
         // as steep as both wheels: a flange under twice the wheel load
-        let damping = if has_friction(p) { site.creep_damping } else { 0.0 };
-        Slopes { stiffness: p[1], damping, ..Slopes::default() }
+        let damping = if Self::slides(p) { site.creep_damping } else { 0.0 };
+        Slopes { stiffness, damping, ..Slopes::default() }
     }
-}
-
-/// True if the numbers of a flange contain friction.
-pub fn has_friction(p: &[f64]) -> bool {
-    p.get(2).is_some_and(|mu| *mu > 0.0)
-}
-
-/// The flange's force on the wheelset, and at its wheel t_x and t_y of the linear law without spin, and kappa_x N/r.
-#[derive(Clone, Copy)]
-pub struct Flanging<P> {
-    pub force: P,
-    pub tx: P,
-    pub ty: P,
-    pub kx_r: P,
-}
-
-/// Creep forces of a flange along the rail and across it, and friction times creepage.
-///
-/// t_x = kappa_x (dr/r + b psi'/V + d/r sign e), t_y = kappa_y u_y/cos gamma, N_f = abs(F)/sin gamma;
-/// T = N_f t (1 - q/3 + q^2/27) for q = abs(t)/mu < 3, else mu N_f t/abs(t). T_y cos gamma acts across.
-#[inline(always)]
-pub fn friction<P: Part>(p: Numbers<'_>, of: &Flanging<P>) -> ([P; 2], P) {
-    let deeper = p.get::<P>(5) * of.kx_r;
-    let tx = of.tx.mul_add(p.get(4), of.force.if_less(P::zero(), deeper, -deeper));
-    let ty = of.ty * p.get(6);
-    let square = tx.mul_add(tx, ty * ty);
-    let force = of.force.abs() * p.get(2) * cubic_saturation(square * p.get(3));
-    let wear = force * (tx * tx).mul_add(p.get(8), ty * ty * p.get(9));
-    ([force * tx, force * ty * p.get(7)], wear)
 }
 
 impl Force for FlangeContact {
     const SPEED: bool = false;
+    const STOP: bool = true;
 
     // F = -k (abs(e) - h) sign e beyond h
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, e: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(1) * (e - e.clamp(p.get(0))))
+        let [clearance, k]: [P; 2] = p.first();
+        -(k * (e - e.clamp(clearance)))
+    }
+
+    fn slides(p: &[f64]) -> bool {
+        matches!(p, [_, _, mu, ..] if *mu > 0.0)
+    }
+
+    // t_x = kappa_x (dr/r + b psi'/V + d/r sign e), t_y = kappa_y u_y/cos gamma, N_f = abs(F)/sin gamma;
+    // T = N_f t (1 - q/3 + q^2/27) for q = abs(t)/mu < 3, else mu N_f t/abs(t). T_y cos gamma acts across.
+    #[inline(always)]
+    fn friction<P: Part>(p: Numbers<'_>, of: &Flanging<P>) -> ([P; 2], P) {
+        if p.lanes.len() == 2 {
+            return ([P::zero(); 2], P::zero());
+        }
+        let [_, _, normal, per_square, per_load, depth, per_load_cos, cos, soft_x, soft_y]: [P; 10] = p.first();
+        let deeper = depth * of.kx_r;
+        let tx = of.tx.mul_add(per_load, of.force.if_less(P::zero(), deeper, -deeper));
+        let ty = of.ty * per_load_cos;
+        let square = tx.mul_add(tx, ty * ty);
+        let force = of.force.abs() * normal * saturated(square * per_square);
+        let wear = force * (tx * tx).mul_add(soft_x, ty * ty * soft_y);
+        ([force * tx, force * ty * cos], wear)
     }
 }
 
@@ -110,19 +105,29 @@ impl Effect for FlangeContactInGauge {
     }
 }
 
-/// Without a gauge deviation, which only a wheelset knows: [`in_gauge`].
 impl Force for FlangeContactInGauge {
     const SPEED: bool = false;
 
+    /// Without a gauge deviation, which only a wheelset knows.
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, e: P, v: P, s: f64, x: P, dx: &mut P) -> P {
         FlangeContact::force(p, e, v, s, x, dx)
     }
-}
 
-// F = -k (abs(e) - h - g/2) sign e beyond h + g/2
-#[inline(always)]
-pub fn in_gauge<P: Part>(p: Numbers<'_>, e: P, gauge: f64) -> P {
-    let clearance = (p.get::<P>(0) + P::splat(0.5 * gauge)).max(P::zero());
-    -(p.get::<P>(1) * (e - e.clamp(clearance)))
+    // F = -k (abs(e) - h - g/2) sign e beyond h + g/2
+    #[inline(always)]
+    fn at_contact<P: Part>(p: Numbers<'_>, e: P, _v: P, _s: f64, gauge: f64) -> P {
+        let [clearance, k]: [P; 2] = p.first();
+        let clearance: P = (clearance + P::splat(0.5 * gauge)).max(P::zero());
+        -(k * (e - e.clamp(clearance)))
+    }
+
+    fn slides(p: &[f64]) -> bool {
+        FlangeContact::slides(p)
+    }
+
+    #[inline(always)]
+    fn friction<P: Part>(p: Numbers<'_>, of: &Flanging<P>) -> ([P; 2], P) {
+        FlangeContact::friction(p, of)
+    }
 }

@@ -30,7 +30,8 @@ impl Effect for FreePlay {
 
     // K contains the nominal spring: the effect removes it inside the clearance
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
-        vec![site.stiffness, p[0]]
+        let [gap] = first(p);
+        vec![site.stiffness, gap]
     }
 }
 
@@ -40,6 +41,7 @@ impl Force for FreePlay {
     // F = -k (z - clamp(z, -h, h)), less the declared -k z
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        p.get::<P>(0) * z.clamp(p.get(1))
+        let [k, gap]: [P; 2] = p.first();
+        k * z.clamp(gap)
     }
 }

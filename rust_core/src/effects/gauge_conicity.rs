@@ -25,6 +25,7 @@ impl Rolling for GaugeConicity {
     // lambda = lambda_0 + lambda_g g
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, gauge: P, _s: f64, to: &mut RollingRadius<P>) {
-        to.conicity = (alpha * p.get(0)).mul_add(gauge, to.conicity);
+        let [per_gauge]: [P; 1] = p.first();
+        to.conicity = (alpha * per_gauge).mul_add(gauge, to.conicity);
     }
 }

@@ -27,11 +27,13 @@ impl Effect for Hysteresis {
     };
 
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
-        vec![p[0] / p[1], p[1]]
+        let [stiffness, yield_force] = first(p);
+        vec![stiffness / yield_force, yield_force]
     }
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
-        Slopes { stiffness: p[0], damping: 0.0, rate: 2.0 * p[0] / p[1] * site.speed }
+        let [stiffness, yield_force] = first(p);
+        Slopes { stiffness, damping: 0.0, rate: 2.0 * stiffness / yield_force * site.speed }
     }
 }
 
@@ -40,7 +42,8 @@ impl Force for Hysteresis {
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, x: P, dx: &mut P) -> P {
         let bend = P::splat(0.5) * (v.abs() * x.abs() * x + v * x * x);
-        *dx = p.get::<P>(0) * (v - bend);
-        -(p.get::<P>(1) * x)
+        let [rate, yield_force]: [P; 2] = p.first();
+        *dx = rate * (v - bend);
+        -(yield_force * x)
     }
 }

@@ -44,16 +44,19 @@ impl Effect for MaxwellDamper {
     };
 
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
-        vec![p[0], p[0] / p[1], p[2]]
+        let [stiffness, damping, blow_off] = first(p);
+        vec![stiffness, stiffness / damping, blow_off]
     }
 
     fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
-        Slopes { stiffness: p[0], damping: 0.0, rate: p[0] / p[1] }
+        let [stiffness, damping] = first(p);
+        Slopes { stiffness, damping: 0.0, rate: stiffness / damping }
     }
 
     // f that overshoots within a step would come back late: an error of first order
     fn largest(p: &[f64]) -> Option<f64> {
-        Some(p[2])
+        let [_, _, blow_off] = first(p);
+        Some(blow_off)
     }
 }
 
@@ -61,8 +64,8 @@ impl Force for MaxwellDamper {
     // F = -f, f' = k v - (k/c) f; at the blow-off force the damper yields and f stays
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, f: P, df: &mut P) -> P {
-        let limit: P = p.get(2);
-        let rate = p.get::<P>(0) * v - p.get::<P>(1) * f;
+        let [k, corner, limit]: [P; 3] = p.first();
+        let rate = k * v - corner * f;
         let outwards = (P::zero()).if_less(rate * f, P::zero(), rate);
         *df = f.abs().if_less(limit, rate, outwards);
         -f.clamp(limit)

@@ -5,11 +5,11 @@ pub mod effect;
 mod laws;
 
 use crate::error::Error;
-use crate::simd::{Lanes, Part, Portable};
-use effect::{Creep, Creeping, Effect, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
+use crate::simd::{Dual, Lanes, Part, Portable};
+use effect::{Creep, Creeping, Effect, Flanging, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
 
 macro_rules! catalogue {
-    (force { $($f:ident::$force:ident $(| $choice:ident)*,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
+    (force { $($f:ident::$force:ident $(= $default:literal)? $(| $choice:ident = $word:literal)*,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
      other { $($o:ident::$other:ident,)* }) => {
         $(pub mod $f;)* $(pub mod $c;)* $(pub mod $r;)* $(pub mod $o;)*
 
@@ -78,6 +78,56 @@ macro_rules! catalogue {
                 }
             }
 
+            /// F of a force at the contact of a wheelset, with the gauge deviation there.
+            #[inline(always)]
+            pub fn at_contact<P: Part>(self, p: Numbers<'_>, e: P, v: P, s: f64, gauge: f64) -> P {
+                match self {
+                    $(Law::$force => <$f::$force as Force>::at_contact(p, e, v, s, gauge), $(Law::$choice => <$f::$choice as Force>::at_contact(p, e, v, s, gauge),)*)*
+                    _ => P::zero(),
+                }
+            }
+
+            /// Creep forces of a flange, and friction times creepage.
+            #[inline(always)]
+            pub fn friction<P: Part>(self, p: Numbers<'_>, of: &Flanging<P>) -> ([P; 2], P) {
+                match self {
+                    $(Law::$force => <$f::$force as Force>::friction(p, of), $(Law::$choice => <$f::$choice as Force>::friction(p, of),)*)*
+                    _ => ([P::zero(); 2], P::zero()),
+                }
+            }
+
+            /// Does it slide with friction at a contact?
+            pub fn slides(self, p: &[f64]) -> bool {
+                match self {
+                    $(Law::$force => <$f::$force as Force>::slides(p), $(Law::$choice => <$f::$choice as Force>::slides(p),)*)*
+                    _ => false,
+                }
+            }
+
+            /// Is it a stop: a spring beyond a clearance?
+            pub fn is_stop(self) -> bool {
+                match self {
+                    $(Law::$force => <$f::$force as Force>::STOP, $(Law::$choice => <$f::$choice as Force>::STOP,)*)*
+                    _ => false,
+                }
+            }
+
+            /// Is it the cubic saturation of the creep forces, and nothing else?
+            pub fn is_cubic_saturation(self) -> bool {
+                match self {
+                    $(Law::$creep => <$c::$creep as Creep>::CUBIC,)*
+                    _ => false,
+                }
+            }
+
+            /// The same law by its choice: a curve over z, v or s, a flange whose clearance follows the gauge.
+            pub fn against(self, word: &str) -> Result<Law, Error> {
+                match (self, word) {
+                    $($((Law::$force, $default) => Ok(self),)? $((Law::$force, $word) => Ok(Law::$choice),)*)*
+                    _ => Err(Error::Against { kind: self.record().key.into(), word: word.into() }),
+                }
+            }
+
             /// True if the law depends on the speed.
             pub fn looks_at_speed(self) -> bool {
                 match self {
@@ -120,10 +170,10 @@ catalogue! {
         quadratic_damper::QuadraticDamper,
         asymmetric_damper::AsymmetricDamper,
         maxwell_damper::MaxwellDamper,
-        flange_contact::FlangeContact | FlangeContactInGauge,
+        flange_contact::FlangeContact | FlangeContactInGauge = "gauge",
         run_out::RunOut,
         steady_force::SteadyForce,
-        measured_force::MeasuredForce | MeasuredForceOfSpeed | MeasuredForceOfDistance,
+        measured_force::MeasuredForce = "z" | MeasuredForceOfSpeed = "v" | MeasuredForceOfDistance = "s",
     }
     creep {
         creep_saturation::CreepSaturation,
@@ -159,26 +209,33 @@ impl Law {
         })
     }
 
+    /// Derivatives of the force and of the rate of the own state at rest, at a location without terms of its own.
+    pub fn slopes_at_rest(self, p: &[f64]) -> [Derivatives; 2] {
+        let lanes: Vec<_> = self.prepare(p, &Site::default()).into_iter().map(Lanes::splat).collect();
+        let ([z, v, x], mut rate) = (Dual::<Portable>::variables(), Dual::zero());
+        let force = self.force(Numbers { lanes: &lanes, at: 0 }, z, v, 0.0, x, &mut rate);
+        [force, rate].map(|of| {
+            let [z, v, x] = of.derivatives();
+            Derivatives { z, v, x }
+        })
+    }
+
     /// The law of a key of the files, by its default where there is a choice.
     pub fn named(key: &str) -> Option<Law> {
         CATALOGUE.iter().copied().find(|law| law.record().key == key)
     }
 
-    /// True for contact of a flange.
-    pub fn is_flange(self) -> bool {
-        matches!(self, Law::FlangeContact | Law::FlangeContactInGauge)
-    }
+    /// Elements of vehicles that are laws: a spring and a damper in series, a stop.
+    pub const SERIES: Law = Law::MaxwellDamper;
+    pub const STOP: Law = Law::BumpStop;
+}
 
-    /// The same law with its curve over z, v or s, or a flange whose clearance follows the gauge.
-    pub fn against(self, word: &str) -> Result<Law, Error> {
-        match (self, word) {
-            (Law::MeasuredForce, "z") => Ok(Law::MeasuredForce),
-            (Law::MeasuredForce, "v") => Ok(Law::MeasuredForceOfSpeed),
-            (Law::MeasuredForce, "s") => Ok(Law::MeasuredForceOfDistance),
-            (Law::FlangeContact, "gauge") => Ok(Law::FlangeContactInGauge),
-            _ => Err(Error::Against { kind: self.record().key.into(), word: word.into() }),
-        }
-    }
+/// Derivatives with respect to motion, speed and own state.
+#[derive(Clone, Copy, Debug)]
+pub struct Derivatives {
+    pub z: f64,
+    pub v: f64,
+    pub x: f64,
 }
 
 /// A law at one port with the numbers of sixteen vehicles.
@@ -224,11 +281,6 @@ impl PlacedLaw {
             acts_fully: alpha.0.iter().all(|a| *a == 1.0),
             looks_at_speed: law.looks_at_speed(),
         }
-    }
-
-    /// True for a flange whose numbers contain friction, if only zero.
-    pub fn has_friction_numbers(&self) -> bool {
-        self.law.is_flange() && self.lanes.len() > 2
     }
 
     #[inline(always)]

@@ -33,6 +33,7 @@ impl Rolling for NonlinearConicity {
     // (r_1 - r_2)/2 = lambda e (1 + l3 e^2)
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, _s: f64, to: &mut RollingRadius<P>) {
-        to.cubic = alpha.mul_add(p.get(0), to.cubic);
+        let [cubic]: [P; 1] = p.first();
+        to.cubic = alpha.mul_add(cubic, to.cubic);
     }
 }

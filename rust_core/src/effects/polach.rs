@@ -71,15 +71,9 @@ impl Effect for Polach {
     // pi/(4 mu_0 N), k_A, k_S, A, B; 1/(kappa_x N), 1/(kappa_y N)
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
         let soft = site.creep_slopes.map(|slope| if slope > 0.0 { 1.0 / slope } else { 0.0 });
-        vec![
-            std::f64::consts::FRAC_PI_4 / (p[0] * site.wheel_load),
-            p[1],
-            p[2],
-            p[3],
-            -p[4],
-            soft[0],
-            soft[1],
-        ]
+        let ([friction, adhesion, slip, ratio, decay], [soft_x, soft_y]) = (first(p), soft);
+        let per_force = std::f64::consts::FRAC_PI_4 / (friction * site.wheel_load);
+        vec![per_force, adhesion, slip, ratio, -decay, soft_x, soft_y]
     }
 }
 
@@ -89,12 +83,11 @@ impl Creep for Polach {
     #[inline(always)]
     fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
         let one = P::splat(1.0);
-        let (along, across) = (wheel.tx * p.get(5), (wheel.ty - wheel.spin) * p.get(6));
+        let [per_force, k_a, k_s, last, decay, soft_x, soft_y]: [P; 7] = p.first();
+        let (along, across) = (wheel.tx * soft_x, (wheel.ty - wheel.spin) * soft_y);
         let slip = wheel.speed * along.mul_add(along, across * across).sqrt();
-        let (last, decay): (P, P) = (p.get(3), p.get(4));
         let friction = (one - last).mul_add((slip * decay).exp_below_zero(), last);
-        let e = wheel.tx.mul_add(wheel.tx, wheel.ty * wheel.ty).sqrt() * p.get(0) / friction;
-        let (k_a, k_s): (P, P) = (p.get(1), p.get(2));
+        let e = wheel.tx.mul_add(wheel.tx, wheel.ty * wheel.ty).sqrt() * per_force / friction;
         let (adhesion, sliding) = (k_a * e, k_s * e);
         let factor = k_a / adhesion.mul_add(adhesion, one) + k_s * sliding.atan_ratio();
         let factor = factor * P::splat(0.5);

@@ -26,10 +26,11 @@ pub fn prepare(p: &[f64], shift: f64) -> Vec<f64> {
 /// Its value at x, from the numbers of `prepare`.
 #[inline(always)]
 pub fn at<P: Part>(p: Numbers<'_>, x: P) -> P {
-    let mut y: P = p.get(0);
-    for i in (1..p.lanes.len()).step_by(3) {
-        let inside = (x - p.get(i)).max(P::zero()).min(p.get(i + 1));
-        y = inside.mul_add(p.get(i + 2), y);
+    let [mut y]: [P; 1] = p.first();
+    for piece in 0..(p.lanes.len() - 1) / 3 {
+        let [begins, length, slope]: [P; 3] = p.from(1 + 3 * piece);
+        let inside = (x - begins).max(P::zero()).min(length);
+        y = inside.mul_add(slope, y);
     }
     y
 }

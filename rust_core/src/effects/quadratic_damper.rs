@@ -29,7 +29,8 @@ impl Effect for QuadraticDamper {
     };
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
-        Slopes { damping: 2.0 * p[0] * site.speed, ..Slopes::default() }
+        let [damping] = first(p);
+        Slopes { damping: 2.0 * damping * site.speed, ..Slopes::default() }
     }
 }
 
@@ -37,6 +38,7 @@ impl Force for QuadraticDamper {
     // F = -c2 abs(v) v
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(0) * v.abs() * v)
+        let [c]: [P; 1] = p.first();
+        -(c * v.abs() * v)
     }
 }

@@ -29,7 +29,8 @@ impl Effect for QuadraticStiffness {
     };
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
-        Slopes { stiffness: 2.0 * p[0].abs() * site.motion, ..Slopes::default() }
+        let [stiffness] = first(p);
+        Slopes { stiffness: 2.0 * stiffness.abs() * site.motion, ..Slopes::default() }
     }
 }
 
@@ -39,6 +40,7 @@ impl Force for QuadraticStiffness {
     // F = -k2 z^2
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(0) * z * z)
+        let [k]: [P; 1] = p.first();
+        -(k * z * z)
     }
 }

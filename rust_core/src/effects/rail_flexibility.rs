@@ -27,6 +27,7 @@ impl Effect for RailFlexibility {
     };
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
-        Slopes { rate: p[0] / (p[1] + site.creep_damping), ..Slopes::default() }
+        let [stiffness, damping] = first(p);
+        Slopes { rate: stiffness / (damping + site.creep_damping), ..Slopes::default() }
     }
 }

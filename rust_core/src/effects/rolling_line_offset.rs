@@ -25,6 +25,7 @@ impl Rolling for RollingLineOffset {
     // (r_1 - r_2)/2 = lambda (e - e_0)
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, _s: f64, to: &mut RollingRadius<P>) {
-        to.shift = alpha.mul_add(p.get(0), to.shift);
+        let [offset]: [P; 1] = p.first();
+        to.shift = alpha.mul_add(offset, to.shift);
     }
 }

@@ -34,7 +34,8 @@ impl Effect for RunOut {
     };
 
     fn prepare(p: &[f64], _: &Site) -> Vec<f64> {
-        vec![p[0], 1.0 / p[1], p[2]]
+        let [force, rolling_radius, phase] = first(p);
+        vec![force, 1.0 / rolling_radius, phase]
     }
 }
 
@@ -44,6 +45,7 @@ impl Force for RunOut {
     // F = F_0 sin(s/r_e + phase)
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, s: f64, _x: P, _dx: &mut P) -> P {
-        p.get::<P>(0) * (P::splat(s) * p.get(1) + p.get(2)).sin()
+        let [force, per_radius, phase]: [P; 3] = p.first();
+        force * (P::splat(s) * per_radius + phase).sin()
     }
 }

@@ -9,7 +9,7 @@ impl Effect for SensorOffset {
         key: "sensor_offset",
         title: "sensor offset",
         source: "x(t) -> gain x(t - delay) + offset; the simulated signal is altered, never the measured one",
-        kind: Kind::Sensor,
+        kind: Kind::Sensor(Alteration::Offset),
         at: &["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "z", "vz", "az"],
         params: &[param("offset", "offset", "z", [0.0, -1e3, 1e3], "1", "none; lives in the means", Role::Shape)],
         supersedes: Supersedes::Nothing,

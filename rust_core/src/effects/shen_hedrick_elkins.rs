@@ -42,8 +42,8 @@ impl Effect for ShenHedrickElkins {
     };
 
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
-        let limit = p[0] * site.wheel_load;
-        vec![1.0 / (limit * limit), p[1]]
+        let [friction, surface] = first(p);
+        vec![per_square_of_sliding(friction * site.wheel_load), surface]
     }
 }
 
@@ -51,9 +51,9 @@ impl Creep for ShenHedrickElkins {
     // T_x = k f11 u_x, T_y = k (f22 u_y + f23 u_n), both times the factor of Vermeulen and Johnson
     #[inline(always)]
     fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
-        let surface: P = p.get(1);
+        let [per_square, surface]: [P; 2] = p.first();
         let (tx, ty) = (surface * wheel.tx, surface * wheel.ty);
-        let factor = cubic_saturation(tx.mul_add(tx, ty * ty) * p.get(0));
+        let factor = saturated(tx.mul_add(tx, ty * ty) * per_square);
         [factor * tx, factor * ty]
     }
 }

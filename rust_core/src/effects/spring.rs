@@ -21,7 +21,8 @@ impl Effect for Spring {
     };
 
     fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
-        Slopes { stiffness: p[0], ..Slopes::default() }
+        let [stiffness] = first(p);
+        Slopes { stiffness, ..Slopes::default() }
     }
 }
 
@@ -31,6 +32,7 @@ impl Force for Spring {
     // F = -k z
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(0) * z)
+        let [k]: [P; 1] = p.first();
+        -(k * z)
     }
 }

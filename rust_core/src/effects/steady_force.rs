@@ -27,6 +27,7 @@ impl Force for SteadyForce {
     // F = F_0
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        p.get(0)
+        let [force]: [P; 1] = p.first();
+        force
     }
 }

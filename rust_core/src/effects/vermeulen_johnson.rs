@@ -50,8 +50,8 @@ impl Effect for VermeulenJohnson {
     };
 
     fn prepare(p: &[f64], site: &Site) -> Vec<f64> {
-        let limit = p[0] * site.wheel_load;
-        vec![1.0 / (limit * limit), p[1], p[2]]
+        let [friction, longitudinal, lateral] = first(p);
+        vec![per_square_of_sliding(friction * site.wheel_load), longitudinal, lateral]
     }
 }
 
@@ -59,9 +59,10 @@ impl Creep for VermeulenJohnson {
     // T_x = (G pi a b/phi) u_x, T_y = (G pi a b/psi) u_y, both times 1 - q/3 + q^2/27, q = T/(mu N) < 3, else 1/q
     #[inline(always)]
     fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
-        let tx = p.get::<P>(1) * wheel.tx;
-        let ty = p.get::<P>(2) * (wheel.ty - wheel.spin);
-        let factor = cubic_saturation(tx.mul_add(tx, ty * ty) * p.get(0));
+        let [per_square, longitudinal, lateral]: [P; 3] = p.first();
+        let tx = longitudinal * wheel.tx;
+        let ty = lateral * (wheel.ty - wheel.spin);
+        let factor = saturated(tx.mul_add(tx, ty * ty) * per_square);
         [factor * tx, factor * ty]
     }
 }

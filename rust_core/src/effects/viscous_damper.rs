@@ -29,7 +29,8 @@ impl Effect for ViscousDamper {
     };
 
     fn steepest_slopes(p: &[f64], _: &Site) -> Slopes {
-        Slopes { damping: p[0], ..Slopes::default() }
+        let [damping] = first(p);
+        Slopes { damping, ..Slopes::default() }
     }
 }
 
@@ -37,6 +38,7 @@ impl Force for ViscousDamper {
     // F = -c v
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
-        -(p.get::<P>(0) * v)
+        let [c]: [P; 1] = p.first();
+        -(c * v)
     }
 }

@@ -1,5 +1,5 @@
 //! From simulated series to what is compared with a measurement: sensor laws, band-pass, cut, weight.
-use crate::effects::Law;
+use crate::effects::effect::Alteration;
 use crate::error::{Error, Result, expect_len};
 use crate::simd::{Job, LANES, Lanes, Part, dispatch, level};
 use crate::vehicle::group::Group;
@@ -48,14 +48,14 @@ impl Filter {
 /// Sensor laws on the simulated channels: x(t) -> gain x(t - delay) + offset.
 pub fn apply_sensors(group: &Group, series: &mut [Lanes], samples: usize, dt: f64) {
     // in the order of the formula, however they are listed
-    for law in [Law::SensorDelay, Law::SensorGain, Law::SensorOffset] {
-        for (_, channel, number) in group.sensors.iter().filter(|(other, ..)| *other == law) {
+    for alteration in Alteration::ALL {
+        for (_, channel, number) in group.sensors.iter().filter(|(other, ..)| *other == alteration) {
             let Some(c) = group.readings.iter().position(|r| r.name == *channel) else { continue };
             let x = &mut series[c * samples..(c + 1) * samples];
-            match law {
-                Law::SensorGain => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] * number.0[l])),
-                Law::SensorOffset => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] + number.0[l])),
-                _ => (0..LANES).for_each(|l| delay(x, l, number.0[l] / dt)),
+            match alteration {
+                Alteration::Gain => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] * number.0[l])),
+                Alteration::Offset => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] + number.0[l])),
+                Alteration::Delay => (0..LANES).for_each(|l| delay(x, l, number.0[l] / dt)),
             }
         }
     }

@@ -1,5 +1,4 @@
 //! Number of RK4 steps per sample.
-use crate::effects::Law;
 use crate::effects::effect::{Kind, Site, Slopes};
 use crate::error::{Error, Result};
 use crate::vehicle::assembly::{Assembly, Row, eigenvalues, radius_bound};
@@ -63,13 +62,13 @@ impl Structure {
                         found.push((vec![(w.y, 1.0)], at(&site)));
                     }
                 }
-                Kind::Creep | Kind::Rolling | Kind::Body | Kind::Sensor => {}
+                Kind::Creep | Kind::Rolling | Kind::Body | Kind::Sensor(_) => {}
             }
         }
         for own in &vehicle.laws {
             let mut slopes = own.law.steepest_slopes(&own.numbers, &Site::default());
-            if own.law == Law::MaxwellDamper {
-                // its spring is in the matrix, with its own state
+            if own.law.record().states > 0 {
+                // its slopes are in the matrix, with its own state
                 slopes.stiffness = 0.0;
             }
             found.push((own.row.clone(), slopes));

@@ -39,29 +39,37 @@ impl ShapeLanes {
     /// Quantities that replace d in the rolling radii, at a gauge deviation, and e in the contact angles.
     #[inline(always)]
     pub fn at<P: Part>(&self, part: usize, d: P, gauge: P, e: P) -> (P, P) {
-        let (mut displaced, mut across, mut wide) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
+        let (mut displaced, mut across) = (Lanes::ZERO, Lanes::ZERO);
         d.store(&mut displaced, part);
         e.store(&mut across, part);
-        gauge.store(&mut wide, part);
-        let (mut s, mut t) = (Lanes::ZERO, Lanes::ZERO);
+        let (mut begins, mut factors) = ([Lanes::ZERO; 2], [Lanes::ZERO; 12]);
         for l in part..part + P::WIDTH {
             let table = &self.tables[self.of[l]];
-            let (x, c) = self.interval(table, l, displaced.0[l]);
-            s.0[l] = cubic(&c[..4], x) + wide.0[l] * cubic(&c[4..8], x);
-            let (x, c) = self.interval(table, l, across.0[l]);
-            t.0[l] = cubic(&c[8..], x);
+            for (begin, place, which) in [(0, displaced.0[l], 0..8), (1, across.0[l], 8..12)] {
+                let interval;
+                (begins[begin].0[l], interval) = self.interval(table, l, place);
+                for i in which {
+                    factors[i].0[l] = interval[i];
+                }
+            }
         }
-        let alpha = P::load(&self.alpha, part);
-        (alpha.mul_add(P::load(&s, part) - d, d), alpha.mul_add(P::load(&t, part) - e, e))
+        let g = |l: &Lanes| P::load(l, part);
+        let cubic = |first: usize, x: P| {
+            let [c_0, c_1, c_2, c_3] = [0, 1, 2, 3].map(|i| g(&factors[first + i]));
+            c_3.mul_add(x, c_2).mul_add(x, c_1).mul_add(x, c_0)
+        };
+        let (into, along) = (d - g(&begins[0]), e - g(&begins[1]));
+        let (s, t, alpha) = (cubic(4, into).mul_add(gauge, cubic(0, into)), cubic(8, along), g(&self.alpha));
+        (alpha.mul_add(s - d, d), alpha.mul_add(t - e, e))
     }
 
-    /// Interval of x: the distance into it, and its coefficients.
+    /// Interval of x: where it begins, and its coefficients.
     #[inline(always)]
     fn interval<'a>(&self, table: &'a [Interval], l: usize, x: f64) -> (f64, &'a Interval) {
         let from = x - self.first.0[l];
         // the first and the last are the straight lines beyond the ends; a cast of NaN is 0
         let k = ((from * self.per_step.0[l] + 1.0) as isize).clamp(0, table.len() as isize - 1) as usize;
-        (from - (k as f64 - 1.0) * self.step.0[l], &table[k])
+        (self.first.0[l] + (k as f64 - 1.0) * self.step.0[l], &table[k])
     }
 }
 

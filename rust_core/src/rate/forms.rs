@@ -3,8 +3,9 @@ use crate::rate::coach;
 use crate::rate::fused::FusedVehicle;
 use crate::rate::input_table::InputTable;
 use crate::simd::Part;
-use crate::vehicle::group::{Group, STATES};
+use crate::vehicle::group::{Group, GroupPart, STATES};
 use crate::vehicle::plain_bogie::{BogieAtSpeed, PlainBogie};
+use crate::vehicle::port::Port;
 
 /// Interleaving of SIMD parts: one after the other, eight lanes at a time where the first cache has no room for more;
 /// those of one register in turns, slope by slope; or so that a whole step is straight code, where a rate is short.
@@ -40,16 +41,11 @@ impl Form for General {
 
     #[inline(always)]
     fn part<'a, P: Part>(group: &'a Group, _: &InputTable<'_>, at: usize) -> impl Rate<P> + 'a {
-        GeneralPart { group, at }
+        group.part::<P>(at)
     }
 }
 
-struct GeneralPart<'a> {
-    group: &'a Group,
-    at: usize,
-}
-
-impl<P: Part> Rate<P> for GeneralPart<'_> {
+impl<P: Part> Rate<P> for GroupPart<'_, P> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
         (self.group.dofs, self.group.states)
@@ -57,7 +53,7 @@ impl<P: Part> Rate<P> for GeneralPart<'_> {
 
     #[inline(always)]
     fn rate(&mut self, _: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
-        self.group.rate(self.at, row, x, dx);
+        GroupPart::rate(self, row, x, dx);
     }
 }
 
@@ -73,28 +69,31 @@ impl<const LAWS: bool, const SPIN: bool, const PORTS: bool> Form for Bogie<LAWS,
     fn part<'a, P: Part>(group: &'a Group, inputs: &InputTable<'_>, at: usize) -> impl Rate<P> + 'a {
         let bogie: PlainBogie<P> = group.plain.as_ref().expect("a plain bogie").part::<P, SPIN>(at);
         let at_speed = bogie.at_speed(inputs.row(0)[1]);
-        BogiePart::<P, LAWS, SPIN, PORTS> { group, bogie, at, at_speed }
+        let ports = if PORTS { group.ports(at, |law| &law.pushes) } else { Vec::new() };
+        BogiePart::<P, LAWS, SPIN, PORTS> { bogie, ports, states: group.states, at_speed }
     }
 }
 
 struct BogiePart<'a, P, const LAWS: bool, const SPIN: bool, const PORTS: bool> {
-    group: &'a Group,
     bogie: PlainBogie<P>,
-    at: usize,
+    ports: Vec<Port<'a, P>>,
+    states: usize,
     at_speed: BogieAtSpeed<P>,
 }
 
 impl<P: Part, const LAWS: bool, const SPIN: bool, const PORTS: bool> Rate<P> for BogiePart<'_, P, LAWS, SPIN, PORTS> {
     #[inline(always)]
     fn size(&self) -> (usize, usize) {
-        (6, if PORTS { self.group.states } else { 12 })
+        (6, if PORTS { self.states } else { 12 })
     }
 
     #[inline(always)]
     fn rate(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
         if PORTS {
             self.bogie.rate::<LAWS, false, SPIN>(index, row, &mut self.at_speed, x, dx);
-            self.group.act::<P, true>(self.at, row, x, dx);
+            for port in &self.ports {
+                port.act(6, row, x, dx);
+            }
         } else {
             self.bogie.rate::<LAWS, true, SPIN>(index, row, &mut self.at_speed, x, dx);
         }

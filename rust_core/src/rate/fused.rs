@@ -3,14 +3,14 @@
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
 //! side by side with the next, divided by its mass; the springs that hold a wheelset itself joined with its gravitation;
 //! what the track alone does is summed once per row of the input table.
-use crate::effects::{Law, PlacedLaw};
+use crate::effects::PlacedLaw;
 use crate::rate::blocks::Row;
 use crate::rate::packed::Place;
 use crate::rate::suspension::{Suspension, TrackRows};
 use crate::simd::{LANES, Lanes, Part};
 use crate::vehicle::group::{Group, STATES};
-use crate::wheel_rail::contact::{AtSpeed, Contact, under};
-use crate::wheel_rail::wheelset::Motion;
+use crate::vehicle::port::Port;
+use crate::wheel_rail::contact::{AtSpeed, Contact, Displacement, Motion, under};
 
 /// A part of the lanes of a group.
 pub struct FusedVehicle<'a, P> {
@@ -43,13 +43,6 @@ struct Wheels<P> {
     slopes: P,
 }
 
-/// A law at its port: its row, and the same over the masses.
-struct Port<'a, P> {
-    law: &'a PlacedLaw,
-    terms: Vec<(usize, P, P)>,
-    alpha: P,
-}
-
 /// A stop whose deflection is an entry of dx, and the accelerations by its force. Contact is rare: only then
 /// anything is pushed.
 struct Stop<'a, P> {
@@ -80,7 +73,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let mut sprung = Vec::new();
         for (wheelset, contact) in group.wheelsets.iter().zip(contacts) {
             let [lateral, yaw] = [wheelset.y, wheelset.psi].map(|dof| minus(&taken(&mut rows[dof], dof)));
-            sprung.push((contact.clone().with_springs(&lateral, &yaw), lateral));
+            sprung.push((contact.with_springs(&lateral, &yaw), lateral));
         }
         let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
         for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&sprung).enumerate() {
@@ -125,15 +118,13 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let (mut stops, mut ports) = (Vec::new(), Vec::new());
         for law in &group.forces {
             let alpha = part(&law.alpha);
-            if law.law == Law::BumpStop && law.inputs.is_empty() && stops.len() < group.dofs {
+            if law.law.is_stop() && law.inputs.is_empty() && stops.len() < group.dofs {
                 rows.push(([stops.len(), UNUSED_INDEX], law.row.clone()));
                 let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
                 stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
                 continue;
             }
-            let term = |((i, a), (_, push)): (&(usize, Lanes), &(usize, Lanes))| (*i, part(a), part(push));
-            let terms = law.row.iter().zip(&law.pushes).map(term).collect();
-            ports.push(Port { law, terms, alpha });
+            ports.push(Port::new(law, &law.pushes, &group.speed_scale, at));
         }
         (stops, ports)
     }
@@ -188,7 +179,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
             }
         }
         for port in &self.ports {
-            self.act(port, row, x, dx);
+            port.act(self.group.dofs, row, x, dx);
         }
     }
 
@@ -198,7 +189,7 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let Wheels { places: [y, psi, vy, vpsi], contact, damping, line, slopes, .. } = wheels;
         let (contact, at_speed) = &self.contacts[*contact];
         let motion = Motion { y: y.of(x) - *line, psi: psi.of(x), vy: vy.of(x), vpsi: vpsi.of(x) };
-        let slip = contact.slip::<true>(at_speed, &motion, *slopes);
+        let slip = contact.slip::<true>(at_speed, &Displacement::linear(motion.y), &motion, *slopes);
         let factors = contact.factors::<LAWS, WHOLE, true>(&slip);
         let given = [damping.mul_add(motion.vy, vy.of(dx)), vpsi.of(dx)];
         let [a_y, a_psi] = contact.touch::<LAWS, true>(at_speed, &motion, &slip, factors, given);
@@ -214,29 +205,6 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         for (i, push) in &stop.pushes {
             let at = (self.group.dofs + i) & 63;
             dx[at] = push.mul_add(force, dx[at]);
-        }
-    }
-
-    /// As `Group::act`.
-    #[inline(always)]
-    fn act(&self, Port { law, terms, alpha }: &Port<'_, P>, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        let n = self.group.dofs;
-        let (mut z, mut v, mut own) = (P::zero(), P::zero(), P::zero());
-        for (i, a, _) in terms {
-            z = a.mul_add(x[i & 63], z);
-        }
-        if law.looks_at_speed {
-            for (i, a, _) in terms {
-                v = a.mul_add(x[(n + i) & 63], v);
-            }
-        }
-        self.group.follow(law, self.at, row, &mut z, &mut v);
-        let force = *alpha * law.law.force(law.numbers(self.at), z, v, row[0], x[law.state & 63], &mut own);
-        if law.has_state {
-            dx[law.state & 63] = own;
-        }
-        for (i, _, push) in terms {
-            dx[(n + i) & 63] = push.mul_add(force, dx[(n + i) & 63]);
         }
     }
 }

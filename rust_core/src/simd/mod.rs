@@ -3,6 +3,7 @@
 //! A law is written once, generic over a [`Part`]; [`dispatch`] compiles it for each level of the machine.
 #[cfg(test)]
 mod counted;
+mod dual;
 #[cfg(target_arch = "x86_64")]
 mod intel;
 mod level;
@@ -13,6 +14,7 @@ pub mod peak;
 
 #[cfg(test)]
 pub use counted::{Counted, Counts, counting};
+pub use dual::Dual;
 pub use level::{Job, Level, dispatch, level};
 pub use portable::Portable;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -40,6 +42,30 @@ impl Lanes {
         self.0.iter().all(|x| *x == 0.0)
     }
 }
+
+/// A struct of coefficients from one list of its fields: of one vehicle (`f64`), of sixteen ([`Lanes`]), of a part of these.
+macro_rules! coefficients {
+    ($(#[$about:meta])* $vis:vis struct $name:ident { $($(#[$doc:meta])* $field_vis:vis $field:ident,)* }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        $vis struct $name<T> { $($(#[$doc])* $field_vis $field: T,)* }
+
+        impl $name<$crate::simd::Lanes> {
+            /// The coefficients of one vehicle per lane.
+            $vis fn of_lanes(one: impl FnMut(usize) -> $name<f64>) -> Self {
+                let all: [_; $crate::simd::LANES] = std::array::from_fn(one);
+                $name { $($field: $crate::simd::Lanes::from_fn(|l| all[l].$field),)* }
+            }
+
+            /// The lanes from `at` on, side by side in memory.
+            #[inline(always)]
+            $vis fn part<P: $crate::simd::Part>(&self, at: usize) -> $name<P> {
+                $name { $($field: P::load(&self.$field, at),)* }
+            }
+        }
+    };
+}
+pub(crate) use coefficients;
 
 /// A few lanes at once, as wide as the machine takes them.
 pub trait Part:

@@ -2,7 +2,7 @@
 use crate::effects::Law;
 use crate::effects::effect::Site;
 use crate::error::{Error, Result};
-use crate::wheel_rail::wheelset::Wheelset;
+use crate::wheel_rail::contact::Wheelset;
 use nalgebra::DMatrix;
 
 /// A symmetric term at a port: its row, stiffness, damping.
@@ -178,10 +178,10 @@ impl Assembly {
             .collect()
     }
 
-    /// A coach of one lateral mode above the frame, in the place of the declared secondary lateral terms; with
-    /// amount alpha the frame feels alpha of it and (1 - alpha) of the declared terms.
-    pub fn add_coach(&mut self, alpha: f64, mass: f64, k: f64, c: f64) {
-        let Some(place) = self.ports.iter().position(|p| p.at == "secondary_lateral") else {
+    /// A body of mass, spring and damper behind a port, in the place of the declared terms there; with amount alpha the port
+    /// feels alpha of it and (1 - alpha) of the declared terms. It is the co-ordinate `y_c`: that of the coach.
+    pub fn add_body(&mut self, at: &str, alpha: f64, [mass, k, c]: [f64; 3]) {
+        let Some(place) = self.ports.iter().position(|p| p.at == at) else {
             return;
         };
         let (y, site) = (self.ports[place].row[0].0, self.ports[place].site);
@@ -198,21 +198,21 @@ impl Assembly {
             *matrix = grown;
         }
         self.ports[place].row.push((coach, -alpha));
-        for channel in self.channels.iter_mut().filter(|c| c.name.contains(".secondary_lateral.")) {
+        let of_port = format!(".{at}.");
+        for channel in self.channels.iter_mut().filter(|c| c.name.contains(&of_port)) {
             channel.row.push((coach, -alpha));
         }
     }
 
-    /// State matrix of x = [q, q', forces of springs and dampers in series] at a speed, with further symmetric terms at ports: (port row, k, c).
+    /// State matrix of x = [q, q', states of own laws] at a speed, with further symmetric terms at ports: (port row, k, c).
     pub fn state_matrix(&self, speed: f64, more: &[Term<'_>]) -> DMatrix<f64> {
         let n = self.dofs.len();
         let (mut k, mut c) = (self.stiffness.clone(), self.damping.clone());
         for w in &self.wheelsets {
-            let (kw, cw) = w.linear(speed);
-            for (a, i) in [w.y, w.psi].into_iter().enumerate() {
-                for (b, j) in [w.y, w.psi].into_iter().enumerate() {
-                    k[(i, j)] += kw[a][b];
-                    c[(i, j)] += cw[a][b];
+            for (i, [by_y, by_psi, by_vy, by_vpsi]) in [w.y, w.psi].into_iter().zip(w.force_slopes(speed)) {
+                for (j, per_motion, per_rate) in [(w.y, by_y, by_vy), (w.psi, by_psi, by_vpsi)] {
+                    k[(i, j)] -= per_motion;
+                    c[(i, j)] -= per_rate;
                 }
             }
         }
@@ -220,8 +220,8 @@ impl Assembly {
             Self::element(&mut k, row, *stiffness);
             Self::element(&mut c, row, *damping);
         }
-        let series: Vec<_> = self.laws.iter().filter(|own| own.law == Law::MaxwellDamper).collect();
-        let mut a = DMatrix::zeros(2 * n + series.len(), 2 * n + series.len());
+        let own: Vec<_> = self.laws.iter().filter(|own| own.law.record().states > 0).collect();
+        let mut a = DMatrix::zeros(2 * n + own.len(), 2 * n + own.len());
         for i in 0..n {
             a[(i, n + i)] = 1.0;
             for j in 0..n {
@@ -229,14 +229,16 @@ impl Assembly {
                 a[(n + i, n + j)] = -c[(i, j)] / self.mass[i];
             }
         }
-        for (at, own) in series.iter().enumerate() {
-            // f' = k v - (k/c) f, F = -f
-            let (f, k, c) = (2 * n + at, own.numbers[0], own.numbers[1]);
-            for &(i, share) in &own.row {
-                a[(f, n + i)] += k * share;
-                a[(n + i, f)] -= share / self.mass[i];
+        for (at, own) in own.iter().enumerate() {
+            let (state, [force, rate]) = (2 * n + at, own.law.slopes_at_rest(&own.numbers));
+            for (first, by_force, by_rate) in [(0, force.z, rate.z), (n, force.v, rate.v)] {
+                for &(j, share) in &own.row {
+                    own.row.iter().for_each(|&(i, arm)| a[(n + i, first + j)] += arm * by_force * share / self.mass[i]);
+                    a[(state, first + j)] += by_rate * share;
+                }
             }
-            a[(f, f)] = -k / c;
+            own.row.iter().for_each(|&(i, arm)| a[(n + i, state)] += arm * force.x / self.mass[i]);
+            a[(state, state)] = rate.x;
         }
         a
     }

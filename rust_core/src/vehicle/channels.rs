@@ -76,8 +76,9 @@ impl<P: Part> Sum<P> {
 impl Guiding {
     #[inline(always)]
     fn force<P: Part>(&self, at: usize, row: &[f64], x: &[P; 64]) -> P {
-        let track = Passing::new(row, P::load(&self.speed_scale, at), P::load(&self.inv_speed_scale, at));
-        let [right, left] = self.wheelset.guiding(at, &track, self.dofs, x);
+        let speed = P::splat(row[1]) * P::load(&self.speed_scale, at);
+        let inv_speed = P::splat(1.0 / row[1]) * P::load(&self.inv_speed_scale, at);
+        let [right, left] = self.wheelset.guiding(at, &Passing { row, speed }, inv_speed, self.dofs, x);
         match self.wheel {
             0 => right + left,
             1 => right,

@@ -1,10 +1,12 @@
 //! A group of sixteen vehicles of one structure: the rate of change of its state.
-use crate::effects::{Law, PlacedLaw};
+use crate::effects::PlacedLaw;
+use crate::effects::effect::Alteration;
 use crate::numeric::sparse_rows::Rows;
 use crate::simd::{Lanes, Part};
 use crate::vehicle::channels::Reading;
 use crate::vehicle::plain_bogie::PlainBogie;
-use crate::wheel_rail::contact::Contact;
+use crate::vehicle::port::Port;
+use crate::wheel_rail::contact::{AtSpeed, Contact};
 use crate::wheel_rail::wheelset::{Passing, WheelsetLanes};
 
 /// Room for the state of one vehicle.
@@ -33,8 +35,8 @@ pub struct Group {
     /// Contribution of the load transfer to the guiding forces of every wheelset; without terms where nothing rolls.
     pub leaning: Vec<Reading>,
     pub readings: Vec<Reading>,
-    /// Sensor laws in order: the channel, which of delay, gain, offset, and its numbers times the amount.
-    pub sensors: Vec<(Law, String, Lanes)>,
+    /// Sensor laws: what they alter, the channel, its number times the amount.
+    pub sensors: Vec<(Alteration, String, Lanes)>,
 }
 
 impl Group {
@@ -48,11 +50,6 @@ impl Group {
         self.plain.as_ref().filter(|bogie| bogie.acts_fully() && self.forces.is_empty())
     }
 
-    #[inline(always)]
-    fn passing<'a, P: Part>(&self, at: usize, row: &'a [f64]) -> Passing<'a, P> {
-        Passing::new(row, P::load(&self.speed_scale, at), P::load(&self.inv_speed_scale, at))
-    }
-
     /// Hold own states within their largest magnitude.
     #[inline(always)]
     pub fn clamp_own_states<P: Part>(&self, at: usize, x: &mut [P; STATES]) {
@@ -61,59 +58,68 @@ impl Group {
         }
     }
 
+    /// The lanes from `at` on, in the form of any structure.
+    #[inline(always)]
+    pub fn part<P: Part>(&self, at: usize) -> GroupPart<'_, P> {
+        GroupPart {
+            group: self,
+            at,
+            contacts: self.wheelsets.iter().map(|wheelset| wheelset.contact(at)).collect(),
+            row_speed: f64::NAN,
+            speed: P::zero(),
+            ports: self.ports(at, |law| &law.reaction),
+            scales: [P::load(&self.speed_scale, at), P::load(&self.inv_speed_scale, at)],
+        }
+    }
+
+    /// The laws at ports, whose forces go to `pushes`.
+    #[inline(always)]
+    pub fn ports<P: Part>(&self, at: usize, pushes: fn(&PlacedLaw) -> &[(usize, Lanes)]) -> Vec<Port<'_, P>> {
+        self.forces.iter().map(|law| Port::new(law, pushes(law), &self.speed_scale, at)).collect()
+    }
+}
+
+/// A part of the lanes of a group of any structure.
+pub struct GroupPart<'a, P> {
+    pub group: &'a Group,
+    at: usize,
+    contacts: Vec<(Contact<P>, AtSpeed<P>)>,
+    /// Speed of the last row of the input table, and that of the lanes.
+    row_speed: f64,
+    speed: P,
+    ports: Vec<Port<'a, P>>,
+    /// Share of the speed, and its inverse.
+    scales: [P; 2],
+}
+
+impl<P: Part> GroupPart<'_, P> {
+    #[inline(always)]
+    fn set_speed(&mut self, speed: f64) {
+        let [share, inv_share] = self.scales;
+        (self.row_speed, self.speed) = (speed, P::splat(speed) * share);
+        let inv_speed = P::splat(1.0 / speed) * inv_share;
+        for (contact, at_speed) in &mut self.contacts {
+            *at_speed = contact.at_speed(self.speed, inv_speed);
+        }
+    }
+
     /// dx[n ..] = rate of change of velocities and own states under the input row (that of the n positions is part of x),
     /// in one fixed order: K and C, inputs, wheelsets, laws, masses.
     #[inline(always)]
-    pub fn rate<P: Part>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        let n = self.dofs;
-        self.matrix.forces(at, x, row, n, dx);
-        if !self.wheelsets.is_empty() {
-            let track = self.passing(at, row);
-            for wheelset in &self.wheelsets {
-                wheelset.add(at, &track, n, x, dx);
-            }
+    pub fn rate(&mut self, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
+        let (group, at, n) = (self.group, self.at, self.group.dofs);
+        group.matrix.forces(at, x, row, n, dx);
+        if row[1] != self.row_speed {
+            self.set_speed(row[1]);
         }
-        self.act::<P, false>(at, row, x, dx);
+        for (wheelset, contact) in group.wheelsets.iter().zip(&self.contacts) {
+            wheelset.add(at, contact, &Passing { row, speed: self.speed }, n, x, dx);
+        }
+        for port in &self.ports {
+            port.act(n, row, x, dx);
+        }
         for i in 0..n {
-            dx[(n + i) & 63] = dx[(n + i) & 63] * P::load(&self.inv_mass[i], at);
-        }
-    }
-
-    /// Motion that the track imposes at the location of a law.
-    #[inline(always)]
-    pub fn follow<P: Part>(&self, law: &PlacedLaw, at: usize, row: &[f64], z: &mut P, v: &mut P) {
-        for (column, a) in &law.inputs {
-            *z = P::load(a, at).mul_add(P::splat(row[*column]), *z);
-            if law.looks_at_speed {
-                *v = P::load(a, at).mul_add(self.passing::<P>(at, row).speed * P::splat(row[column + 1]), *v);
-            }
-        }
-    }
-
-    /// The laws at ports: their forces added to dx[n ..], or the accelerations that they cause.
-    #[inline(always)]
-    pub fn act<P: Part, const PER_MASS: bool>(&self, at: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        let n = self.dofs;
-        for law in &self.forces {
-            let (mut z, mut v) = (P::zero(), P::zero());
-            for (i, a) in &law.row {
-                z = P::load(a, at).mul_add(x[i & 63], z);
-            }
-            if law.looks_at_speed {
-                for (i, a) in &law.row {
-                    v = P::load(a, at).mul_add(x[(n + i) & 63], v);
-                }
-            }
-            self.follow(law, at, row, &mut z, &mut v);
-            let mut own = P::zero();
-            let force = law.law.force(law.numbers(at), z, v, row[0], x[law.state & 63], &mut own);
-            if law.has_state {
-                dx[law.state & 63] = own;
-            }
-            let force = P::load(&law.alpha, at) * force;
-            for (i, a) in if PER_MASS { &law.pushes } else { &law.reaction } {
-                dx[(n + i) & 63] = P::load(a, at).mul_add(force, dx[(n + i) & 63]);
-            }
+            dx[(n + i) & 63] = dx[(n + i) & 63] * P::load(&group.inv_mass[i], at);
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Sixteen vehicles of one structure made ready to step side by side.
-use crate::effects::effect::{Kind, Site};
-use crate::effects::flange_contact::has_friction;
+use crate::effects::effect::{Kind, Site, first};
 use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result};
 use crate::numeric::profile_table::ShapeLanes;
@@ -67,10 +66,10 @@ impl Structure {
     fn fuse(&self, group: &mut Group, all: &SixteenVehicles<'_>) {
         let Some(contacts) = all.plain_contacts(group) else { return };
         if matches!(self.kind, VehicleKind::Bogie) && group.dofs == 6 && !group.matrix.is_driven() {
-            let numbers: Vec<_> = all.ones.iter().map(|one| one.numbers).collect();
-            group.plain = Some(PlainBogie::new(&numbers, &contacts, &group.speed_scale, group.touches()));
+            let Group { matrix, inv_mass, speed_scale, .. } = &*group;
+            group.plain = Some(PlainBogie::new(matrix, inv_mass, &contacts, group.touches(), speed_scale));
         } else if self.kind.layout().is_some() {
-            group.contacts = Some(contacts.iter().map(|numbers| Contact::new(numbers)).collect());
+            group.contacts = Some(contacts);
         }
     }
 
@@ -80,10 +79,10 @@ impl Structure {
         let record = placed.law.record();
         match record.kind {
             Kind::Body => Ok(()),
-            Kind::Sensor => {
-                let neutral = if placed.law == Law::SensorGain { 1.0 } else { 0.0 };
-                let number = Lanes::from_fn(|l| neutral + alpha.0[l] * (numbers[l][0] - neutral));
-                group.sensors.push((placed.law, placed.at.clone(), number));
+            Kind::Sensor(alteration) => {
+                let (neutral, number) = (alteration.neutral(), lane_groups(|l| first::<1>(numbers[l]).to_vec())[0]);
+                let number = Lanes::from_fn(|l| neutral + alpha.0[l] * (number.0[l] - neutral));
+                group.sensors.push((alteration, placed.at.clone(), number));
                 Ok(())
             }
             Kind::Force if placed.at != "contact" => self.at_ports(group, all, placing),
@@ -133,7 +132,7 @@ impl PlacementSite<'_> {
         match law.record().kind {
             Kind::Force => {
                 wheelset.laws.push(placed());
-                wheelset.has_friction |= law.is_flange() && self.numbers.iter().any(|p| has_friction(p));
+                wheelset.has_friction |= self.numbers.iter().any(|p| law.slides(p));
             }
             Kind::Creep => wheelset.creeps.push(placed()),
             Kind::Rolling => wheelset.rolls.push(placed()),
@@ -143,7 +142,7 @@ impl PlacementSite<'_> {
                 wheelset.rail = Some(RailLanes { state: group.states, alpha, stiffness, damping });
                 group.states += law.record().states;
             }
-            Kind::Body | Kind::Sensor => {}
+            Kind::Body | Kind::Sensor(_) => {}
         }
     }
 }
@@ -209,30 +208,34 @@ impl SixteenVehicles<'_> {
         }
     }
 
-    /// The numbers of every contact, lane by lane, where at most one saturation and one flange act at it.
-    fn plain_contacts(&self, group: &Group) -> Option<Vec<Vec<ContactNumbers>>> {
-        let single = |laws: &[PlacedLaw], law: Law| laws.is_empty() || (laws.len() == 1 && laws[0].law == law);
-        let has_coach_structure = |w: &WheelsetLanes| {
-            single(&w.creeps, Law::CreepSaturation)
-                && single(&w.laws, Law::FlangeContact)
+    /// The contacts, where at most one saturation and one flange act at each.
+    fn plain_contacts(&self, group: &Group) -> Option<Vec<Contact<Lanes>>> {
+        let none_but = |laws: &[PlacedLaw], is_one: fn(Law) -> bool| match laws {
+            [] => true,
+            [one] => is_one(one.law),
+            _ => false,
+        };
+        let is_plain = |w: &WheelsetLanes| {
+            none_but(&w.creeps, Law::is_cubic_saturation)
+                && none_but(&w.laws, Law::is_stop)
                 && w.rolls.is_empty()
                 && w.shape.is_none()
                 && w.rail.is_none()
                 && !w.has_friction
         };
-        if !group.wheelsets.iter().all(has_coach_structure) {
+        if !group.wheelsets.iter().all(is_plain) {
             return None;
         }
         let contact = |i: usize, l: usize| {
             let (wheelset, lanes) = (self.vehicles[l].wheelsets[i], &group.wheelsets[i]);
-            // as the laws prepare them: clearance and stiffness, 1/(mu N)^2
+            // as the laws prepare them: clearance and stiffness, 1/(3 mu N)^2
             let flange = lanes.laws.first().map_or([1.0, 0.0], |f| [f.lanes[0].0[l], f.alpha.0[l] * f.lanes[1].0[l]]);
             let creep = lanes.creeps.first().filter(|c| c.alpha.0[l] != 0.0);
             let [limit, share] = creep.map_or([NO_LIMIT, 1.0], |c| [c.lanes[0].0[l].sqrt().recip(), c.alpha.0[l]]);
             let mass = [wheelset.y, wheelset.psi].map(|dof| self.vehicles[l].mass[dof]);
-            ContactNumbers { wheelset, mass, limit, share, clearance: flange[0], flange: flange[1] }
+            Contact::of(&ContactNumbers { wheelset, mass, limit, share, clearance: flange[0], flange: flange[1] })
         };
-        Some((0..group.wheelsets.len()).map(|i| (0..LANES).map(|l| contact(i, l)).collect()).collect())
+        Some((0..group.wheelsets.len()).map(|i| Contact::of_lanes(|l| contact(i, l))).collect())
     }
 
     /// Source of a channel.

@@ -4,7 +4,7 @@ use crate::error::{Error, Result, expect_len};
 use crate::vehicle::assembly::{Assembly, LINKAGE, Order, Port, Row};
 use crate::vehicle::bodies::Layout;
 use crate::vehicle::line::{LinePlaces, LineSetup};
-use crate::wheel_rail::wheelset::Wheelset;
+use crate::wheel_rail::contact::Wheelset;
 
 /// The input u(t) of a rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,10 +44,10 @@ impl VehicleKind {
     /// The numbers that a kind is assembled from, by their paths in a design; those of bodies have no paths here.
     pub fn parameters(&self) -> &'static [&'static str] {
         match self {
-            VehicleKind::Bogie => &BOGIE,
-            VehicleKind::Wheelset => &WHEELSET,
-            VehicleKind::Rig(RigInput::Motion) => &COMPONENT,
-            VehicleKind::Rig(_) => &RIG,
+            VehicleKind::Bogie => BOGIE,
+            VehicleKind::Wheelset => WHEELSET,
+            VehicleKind::Rig(RigInput::Motion) => COMPONENT,
+            VehicleKind::Rig(_) => RIG,
             VehicleKind::Bodies(_) => &[],
         }
     }
@@ -109,45 +109,86 @@ impl VehicleKind {
     }
 }
 
-pub const BOGIE: [&str; 30] = [
-    "vehicle.frame.mass",
-    "vehicle.frame.yaw_inertia",
-    "vehicle.wheelset.mass",
-    "vehicle.wheelset.yaw_inertia",
-    "vehicle.wheelset.spin_inertia",
-    "vehicle.geometry.half_wheelbase",
-    "vehicle.geometry.half_gauge",
-    "vehicle.geometry.half_spring_base",
-    "vehicle.geometry.rolling_radius",
-    "vehicle.wheel_load",
-    "vehicle.primary.lateral_stiffness",
-    "vehicle.primary.longitudinal_stiffness",
-    "vehicle.secondary.lateral_stiffness",
-    "vehicle.secondary.yaw_stiffness",
-    "vehicle.secondary.lateral_damping",
-    "vehicle.secondary.yaw_damping",
-    "contact.leading.conicity",
-    "contact.leading.longitudinal_creep",
-    "contact.leading.lateral_creep",
-    "contact.leading.gravitational_stiffness",
-    "contact.leading.contact_angle",
-    "contact.leading.roll",
-    "contact.trailing.conicity",
-    "contact.trailing.longitudinal_creep",
-    "contact.trailing.lateral_creep",
-    "contact.trailing.gravitational_stiffness",
-    "contact.trailing.contact_angle",
-    "contact.trailing.roll",
-    "contact.spin_creep",
-    "contact.flange_clearance",
-];
+/// The numbers of a kind of vehicle from one list: their names here, and their paths in a design in the same order.
+macro_rules! numbers {
+    ($(#[$about:meta])* $paths:ident: $name:ident { $($field:ident: $path:literal,)* }) => {
+        pub const $paths: &[&str] = &[$($path),*];
+
+        $(#[$about])*
+        struct $name { $($field: f64,)* }
+
+        impl $name {
+            fn of(numbers: &[f64]) -> Self {
+                let &[$($field),*] = numbers else { unreachable!("as many numbers as have been checked") };
+                $name { $($field),* }
+            }
+        }
+    };
+}
+
+numbers! {
+    /// A bogie of two wheelsets; its flange clearance is for laws alone.
+    #[allow(dead_code)]
+    BOGIE: BogieNumbers {
+        frame_mass: "vehicle.frame.mass",
+        frame_yaw_inertia: "vehicle.frame.yaw_inertia",
+        wheelset_mass: "vehicle.wheelset.mass",
+        wheelset_yaw_inertia: "vehicle.wheelset.yaw_inertia",
+        wheelset_spin_inertia: "vehicle.wheelset.spin_inertia",
+        half_wheelbase: "vehicle.geometry.half_wheelbase",
+        half_gauge: "vehicle.geometry.half_gauge",
+        half_spring_base: "vehicle.geometry.half_spring_base",
+        rolling_radius: "vehicle.geometry.rolling_radius",
+        wheel_load: "vehicle.wheel_load",
+        primary_lateral_stiffness: "vehicle.primary.lateral_stiffness",
+        primary_longitudinal_stiffness: "vehicle.primary.longitudinal_stiffness",
+        secondary_lateral_stiffness: "vehicle.secondary.lateral_stiffness",
+        secondary_yaw_stiffness: "vehicle.secondary.yaw_stiffness",
+        secondary_lateral_damping: "vehicle.secondary.lateral_damping",
+        secondary_yaw_damping: "vehicle.secondary.yaw_damping",
+        leading_conicity: "contact.leading.conicity",
+        leading_longitudinal_creep: "contact.leading.longitudinal_creep",
+        leading_lateral_creep: "contact.leading.lateral_creep",
+        leading_gravitational_stiffness: "contact.leading.gravitational_stiffness",
+        leading_contact_angle: "contact.leading.contact_angle",
+        leading_roll: "contact.leading.roll",
+        trailing_conicity: "contact.trailing.conicity",
+        trailing_longitudinal_creep: "contact.trailing.longitudinal_creep",
+        trailing_lateral_creep: "contact.trailing.lateral_creep",
+        trailing_gravitational_stiffness: "contact.trailing.gravitational_stiffness",
+        trailing_contact_angle: "contact.trailing.contact_angle",
+        trailing_roll: "contact.trailing.roll",
+        spin_creep: "contact.spin_creep",
+        flange_clearance: "contact.flange_clearance",
+    }
+}
 
 /// The bogie of docs/theory.md: q = [y, psi, y1, psi1, y2, psi2], (3.1) and (3.10).
 ///
 /// With a carbody the secondary suspension ends at y_c, else it stands still.
 fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
-    let [m_b, i_zb, m_a, i_za, i_ya, a, b, b_c, r, n] = p[..10].try_into().expect("ten numbers");
-    let [c_y, c_x, mut c_sy, mut c_spsi, mut k_y, mut k_psi] = p[10..16].try_into().expect("six numbers");
+    let p = BogieNumbers::of(p);
+    let (a, b_c, c_y, c_x) =
+        (p.half_wheelbase, p.half_spring_base, p.primary_lateral_stiffness, p.primary_longitudinal_stiffness);
+    let (mut c_sy, mut c_spsi) = (p.secondary_lateral_stiffness, p.secondary_yaw_stiffness);
+    let (mut k_y, mut k_psi) = (p.secondary_lateral_damping, p.secondary_yaw_damping);
+    let (m_a, i_za) = (p.wheelset_mass, p.wheelset_yaw_inertia);
+    let leading = [
+        p.leading_conicity,
+        p.leading_longitudinal_creep,
+        p.leading_lateral_creep,
+        p.leading_gravitational_stiffness,
+        p.leading_contact_angle,
+        p.leading_roll,
+    ];
+    let trailing = [
+        p.trailing_conicity,
+        p.trailing_longitudinal_creep,
+        p.trailing_lateral_creep,
+        p.trailing_gravitational_stiffness,
+        p.trailing_contact_angle,
+        p.trailing_roll,
+    ];
     let (drives_y, drives_psi) = (measured.iter().any(|q| q == "Qy"), measured.iter().any(|q| q == "Qpsi"));
     if drives_y {
         (c_sy, k_y) = (0.0, 0.0);
@@ -155,8 +196,10 @@ fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
     if drives_psi {
         (c_spsi, k_psi) = (0.0, 0.0);
     }
-    let bodies = [("y", m_b), ("psi", i_zb), ("y1", m_a), ("psi1", i_za), ("y2", m_a), ("psi2", i_za), ("y_c", m_b)];
-    let mut v = Assembly::of(&bodies[..if carbody { 7 } else { 6 }]);
+    let mut bodies = vec![("y", p.frame_mass), ("psi", p.frame_yaw_inertia)];
+    bodies.extend([("y1", m_a), ("psi1", i_za), ("y2", m_a), ("psi2", i_za)]);
+    bodies.extend(carbody.then_some(("y_c", p.frame_mass)));
+    let mut v = Assembly::of(&bodies);
     let secondary: &[_] = if carbody { &[(0, 1.0), (6, -1.0)] } else { &[(0, 1.0)] };
     let lateral = [[(2, 1.0), (0, -1.0), (1, -a)], [(4, 1.0), (0, -1.0), (1, a)]];
     let yaw = [[(3, 1.0), (1, -1.0)], [(5, 1.0), (1, -1.0)]];
@@ -167,7 +210,7 @@ fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
     v.damper(&[(1, 1.0)], k_psi);
     v.port("secondary_lateral", 0, secondary, c_sy, k_y);
     v.port("secondary_yaw", 0, &[(1, 1.0)], c_spsi, k_psi);
-    for i in 0..2 {
+    for (i, contact) in [leading, trailing].into_iter().enumerate() {
         let number = i as u8 + 1;
         v.spring(&lateral[i], 2.0 * c_y);
         v.spring(&yaw[i], yaw_stiffness);
@@ -175,18 +218,17 @@ fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
         v.port("primary_yaw", number, &yaw[i], yaw_stiffness, 0.0);
         v.port("wheelset", number, &[(2 + 2 * i, 1.0)], 0.0, 0.0);
         v.port("wheelset_yaw", number, &[(3 + 2 * i, 1.0)], 0.0, 0.0);
-        let c = &p[16 + 6 * i..22 + 6 * i];
         v.wheelsets.push(Wheelset {
             y: 2 + 2 * i,
             psi: 3 + 2 * i,
             column: 2 + 5 * i,
-            kappa_s: p[28],
-            n,
-            r,
-            b,
-            i_ya,
+            kappa_s: p.spin_creep,
+            n: p.wheel_load,
+            r: p.rolling_radius,
+            b: p.half_gauge,
+            i_ya: p.wheelset_spin_inertia,
             behind: 2.0 * a * i as f64,
-            ..Wheelset::with_contact(std::array::from_fn(|k| c[k]))
+            ..Wheelset::with_contact(contact)
         });
     }
     // the linkage between the two wheelsets
@@ -201,7 +243,7 @@ fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
     for i in 0..2 {
         let column = 2 + 5 * i;
         let e = v.channel(&format!("e{}", i + 1), Order::Position, &[(2 + 2 * i, 1.0)]);
-        e.inputs = vec![(column, -1.0), (column + 2, -r)];
+        e.inputs = vec![(column, -1.0), (column + 2, -p.rolling_radius)];
         e.rail = Some(i);
     }
     v.channel("ay1", Order::Acceleration, &[(2, 1.0)]);
@@ -215,29 +257,34 @@ fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
     v
 }
 
-pub const WHEELSET: [&str; 15] = [
-    "mass",
-    "yaw_inertia",
-    "spin_inertia",
-    "half_gauge",
-    "rolling_radius",
-    "wheel_load",
-    "lateral_stiffness",
-    "yaw_stiffness",
-    "conicity",
-    "longitudinal_creep",
-    "lateral_creep",
-    "gravitational_stiffness",
-    "contact_angle",
-    "roll",
-    "spin_creep",
-];
+numbers! {
+    /// A wheelset on springs.
+    WHEELSET: WheelsetNumbers {
+        mass: "mass",
+        yaw_inertia: "yaw_inertia",
+        spin_inertia: "spin_inertia",
+        half_gauge: "half_gauge",
+        rolling_radius: "rolling_radius",
+        wheel_load: "wheel_load",
+        lateral_stiffness: "lateral_stiffness",
+        yaw_stiffness: "yaw_stiffness",
+        conicity: "conicity",
+        longitudinal_creep: "longitudinal_creep",
+        lateral_creep: "lateral_creep",
+        gravitational_stiffness: "gravitational_stiffness",
+        contact_angle: "contact_angle",
+        roll: "roll",
+        spin_creep: "spin_creep",
+    }
+}
 
 /// One wheelset on springs to the ground.
 fn wheelset_on_springs(p: &[f64]) -> Assembly {
-    let [m, i_z, i_ya, b, r, n, s_y, s_psi] = p[..8].try_into().expect("eight numbers");
-    let c = &p[8..];
-    let mut v = Assembly::of(&[("y1", m), ("psi1", i_z)]);
+    let p = WheelsetNumbers::of(p);
+    let (s_y, s_psi) = (p.lateral_stiffness, p.yaw_stiffness);
+    let contact =
+        [p.conicity, p.longitudinal_creep, p.lateral_creep, p.gravitational_stiffness, p.contact_angle, p.roll];
+    let mut v = Assembly::of(&[("y1", p.mass), ("psi1", p.yaw_inertia)]);
     v.spring(&[(0, 1.0)], s_y);
     v.spring(&[(1, 1.0)], s_psi);
     v.port("primary_lateral", 1, &[(0, 1.0)], s_y, 0.0);
@@ -246,28 +293,36 @@ fn wheelset_on_springs(p: &[f64]) -> Assembly {
         y: 0,
         psi: 1,
         column: 2,
-        kappa_s: c[6],
-        n,
-        r,
-        b,
-        i_ya,
-        ..Wheelset::with_contact(std::array::from_fn(|k| c[k]))
+        kappa_s: p.spin_creep,
+        n: p.wheel_load,
+        r: p.rolling_radius,
+        b: p.half_gauge,
+        i_ya: p.spin_inertia,
+        ..Wheelset::with_contact(contact)
     });
     let e = v.channel("e1", Order::Position, &[(0, 1.0)]);
-    e.inputs = vec![(2, -1.0), (4, -r)];
+    e.inputs = vec![(2, -1.0), (4, -p.rolling_radius)];
     e.rail = Some(0);
     v.channel("ay1", Order::Acceleration, &[(0, 1.0)]);
     v.channel("psi1", Order::Position, &[(1, 1.0)]);
     v
 }
 
-pub const RIG: [&str; 5] =
-    ["vehicle.rig.mass", "vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.gain", "vehicle.rig.preload"];
+numbers! {
+    /// A mass on a test bench.
+    RIG: RigNumbers {
+        mass: "vehicle.rig.mass",
+        stiffness: "vehicle.rig.stiffness",
+        damping: "vehicle.rig.damping",
+        gain: "vehicle.rig.gain",
+        preload: "vehicle.rig.preload",
+    }
+}
 
 /// One mass on a test bench: m z'' + c z' + k z + preload + effects = gain u. With a moving base the co-ordinate is the
 /// deflection, which the suspension feels.
 fn rig(p: &[f64], input: RigInput) -> Assembly {
-    let [m, k, c, gain, preload] = p.try_into().expect("five numbers");
+    let RigNumbers { mass: m, stiffness: k, damping: c, gain, preload } = RigNumbers::of(p);
     let mut v = Assembly::of(&[("z", m)]);
     v.spring(&[(0, 1.0)], k);
     v.damper(&[(0, 1.0)], c);
@@ -293,12 +348,19 @@ fn rig(p: &[f64], input: RigInput) -> Assembly {
 /// The column of a rig's input table that is one throughout: the speed of a vehicle.
 const ONE: usize = 1;
 
-pub const COMPONENT: [&str; 3] = ["vehicle.rig.stiffness", "vehicle.rig.damping", "vehicle.rig.preload"];
+numbers! {
+    /// A component whose motion is prescribed.
+    COMPONENT: ComponentNumbers {
+        stiffness: "vehicle.rig.stiffness",
+        damping: "vehicle.rig.damping",
+        preload: "vehicle.rig.preload",
+    }
+}
 
 /// A component whose motion z is prescribed: F = k z + c z' + preload + effects. A body of unit mass that nothing else
 /// moves feels -F, so that F is its acceleration reversed; the laws follow the columns, not that body.
 fn component(p: &[f64]) -> Assembly {
-    let [k, c, preload] = p.try_into().expect("three numbers");
+    let ComponentNumbers { stiffness: k, damping: c, preload } = ComponentNumbers::of(p);
     let mut v = Assembly::of(&[("reaction", 1.0)]);
     // columns: 2 z, 3 z', 4 z''
     v.inputs = vec![(0, 2, -k), (0, 3, -c), (0, ONE, -preload)];

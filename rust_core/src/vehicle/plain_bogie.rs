@@ -1,7 +1,7 @@
 //! The plain bogie fused: suspension and both contacts in one rate, (3.1)-(3.10) of Broersen (1976).
+use crate::numeric::sparse_rows::Rows;
 use crate::simd::{Lanes, Part};
-use crate::wheel_rail::contact::{AtSpeed, Contact, ContactNumbers, under};
-use crate::wheel_rail::wheelset::Motion;
+use crate::wheel_rail::contact::{AtSpeed, Contact, Displacement, Motion, under};
 
 /// Sixteen bogies, or a part of them, whose effects are saturation and flange contact.
 #[derive(Clone, Debug)]
@@ -44,6 +44,11 @@ struct PreparedRow<P> {
     push: P,
 }
 
+/// Degrees of freedom: of the frame, and of the leading wheelset.
+const Y: usize = 0;
+const PSI: usize = 1;
+const Y_1: usize = 2;
+const PSI_1: usize = 3;
 /// First input column of each wheelset: y_w, dy_w/ds, phi_w, dphi_w/ds, g.
 const COLUMNS: [usize; 2] = [2, 7];
 /// Columns of a bogie's input table, and those with phi_w and dphi_w/ds of both wheelsets.
@@ -51,31 +56,33 @@ pub const BOGIE_COLUMNS: usize = 14;
 pub const CROSS_LEVEL: [usize; 4] = [4, 5, 9, 10];
 
 impl PlainBogie<Lanes> {
-    /// From the numbers of sixteen bogies in the order of `kinds::BOGIE` and of their contacts.
-    pub fn new(numbers: &[&[f64]], contacts: &[Vec<ContactNumbers>], speed_scale: &Lanes, laws: bool) -> Self {
-        let lanes = |f: &dyn Fn(&[f64]) -> f64| Lanes::from_fn(|l| f(numbers[l]));
-        let yaw = |p: &[f64]| 2.0 * p[11] * p[7] * p[7];
-        let plane = |c: &ContactNumbers| [c.wheelset.sigma, c.wheelset.kappa_s, c.wheelset.delta] == [0.0; 3];
-        let (pull, turn) = (lanes(&|p| 2.0 * p[10] / p[2]), lanes(&|p| yaw(p) / p[3]));
+    /// From the assembled rows of sixteen bogies and their contacts, with or without laws at these.
+    pub fn new(
+        matrix: &Rows,
+        inv_mass: &[Lanes],
+        contacts: &[Contact<Lanes>],
+        laws: bool,
+        speed_scale: &Lanes,
+    ) -> Self {
+        // accelerations of one degree of freedom per unit of a state
+        let of = |dof: usize, state: usize| {
+            let term = matrix.state_of(dof).find(|(place, _)| *place == state);
+            Lanes::from_fn(|l| term.map_or(0.0, |(_, a)| a.0[l] * inv_mass[dof].0[l]))
+        };
+        let minus = |a: Lanes| Lanes(a.0.map(|a| -a));
+        let (pull, turn) = (of(Y_1, Y), of(PSI_1, PSI));
+        let contact = |i: usize| contacts[i].with_springs(&pull, &turn);
         PlainBogie {
             laws,
-            spin: !contacts.iter().flatten().all(plane),
+            spin: !contacts.iter().all(Contact::creeps_alike),
             pull,
-            pull_a: lanes(&|p| 2.0 * p[10] / p[2] * p[5]),
-            frame_pull: lanes(&|p| 2.0 * p[10] / p[0]),
+            pull_a: of(Y_1, PSI),
+            frame_pull: of(Y, Y_1),
             turn,
-            frame_turn: lanes(&|p| yaw(p) / p[1]),
-            frame_lever: lanes(&|p| 2.0 * p[10] * p[5] / p[1]),
-            secondary: [
-                lanes(&|p| (p[12] + 4.0 * p[10]) / p[0]),
-                lanes(&|p| p[14] / p[0]),
-                lanes(&|p| (p[13] + 2.0 * yaw(p) + 4.0 * p[10] * p[5] * p[5]) / p[1]),
-                lanes(&|p| p[15] / p[1]),
-            ],
-            contacts: [
-                Contact::new(&contacts[0]).with_springs(&pull, &turn),
-                Contact::new(&contacts[1]).with_springs(&pull, &turn),
-            ],
+            frame_turn: of(PSI, PSI_1),
+            frame_lever: of(PSI, Y_1),
+            secondary: [of(Y, Y), of(Y, inv_mass.len() + Y), of(PSI, PSI), of(PSI, inv_mass.len() + PSI)].map(minus),
+            contacts: [contact(0), contact(1)],
             speed_scale: *speed_scale,
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / speed_scale.0[l]),
         }
@@ -165,8 +172,8 @@ impl<P: Part> PlainBogie<P> {
         let [prepared_1, prepared_2] = &at.prepared;
         let m_1 = Motion { y: x[2] - prepared_1.line, psi: x[3], vy: x[8], vpsi: x[9] };
         let m_2 = Motion { y: x[4] - prepared_2.line, psi: x[5], vy: x[10], vpsi: x[11] };
-        let slip_1 = leading.slip::<SPIN>(by_1, &m_1, prepared_1.slopes);
-        let slip_2 = trailing.slip::<SPIN>(by_2, &m_2, prepared_2.slopes);
+        let slip_1 = leading.slip::<SPIN>(by_1, &Displacement::linear(m_1.y), &m_1, prepared_1.slopes);
+        let slip_2 = trailing.slip::<SPIN>(by_2, &Displacement::linear(m_2.y), &m_2, prepared_2.slopes);
         let factors_1 = leading.factors::<LAWS, WHOLE, SPIN>(&slip_1);
         let factors_2 = trailing.factors::<LAWS, WHOLE, SPIN>(&slip_2);
 

@@ -1,6 +1,6 @@
 //! Structure shared by all vehicles of a group, and the numbers of one vehicle.
 use crate::effects::Law;
-use crate::effects::effect::{Kind, Site};
+use crate::effects::effect::{Kind, Site, first};
 use crate::error::{Error, Result, expect_len};
 use crate::vehicle::assembly::{Assembly, LINKAGE, Port};
 use crate::vehicle::kinds::VehicleKind;
@@ -67,7 +67,7 @@ impl Structure {
 
     /// The columns of a line with curves, and whether springs to the ground hold a carbody: not where an effect is one.
     fn line_setup(&self) -> Option<LineSetup> {
-        let carbody = !self.placed.iter().any(|placed| placed.law == Law::CoachMode);
+        let carbody = !self.placed.iter().any(|placed| placed.law.record().kind == Kind::Body);
         self.line.then(|| LineSetup { columns: LineColumns(self.kind.columns()), carbody })
     }
 
@@ -120,9 +120,8 @@ impl Structure {
         }
         let mut vehicle = self.kind.assemble(one.numbers, &self.measured, line)?;
         for (i, placed, range) in self.acting() {
-            if placed.law == Law::CoachMode {
-                let p = &one.effects[range];
-                vehicle.add_coach(one.amounts[i], p[0], p[1], p[2]);
+            if placed.law.record().kind == Kind::Body {
+                vehicle.add_body(&placed.at, one.amounts[i], first(&one.effects[range]));
             }
         }
         if let Some(setup) = line.filter(|_| self.kind.layout().is_none()) {

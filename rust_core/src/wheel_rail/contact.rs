@@ -1,9 +1,68 @@
-//! The fused contact of one wheelset: gravitation, saturated creep forces and flange as accelerations.
+//! The contact of one wheelset: the one writing of (3.2)-(3.10) of Broersen (1976).
 //!
-//! The same equations as in wheelset.rs, (3.2)-(3.10) of Broersen (1976), with every product of constants made
-//! beforehand: creep forces in units of the friction limit mu N, all forces as accelerations.
-use crate::simd::{Lanes, Part};
-use crate::wheel_rail::wheelset::{Motion, Wheelset};
+//! Products of constants are made beforehand. Creep forces are in units of a limit, results are divided by the masses: limit
+//! and masses of one leave forces. Laws of the catalogue enter through [`Displacement`] and [`Pulls`].
+use crate::effects::effect::cubic_saturation;
+use crate::simd::{Dual, Lanes, Part, Portable, coefficients};
+
+/// Numbers of one wheelset: its degrees of freedom, the columns of its track, its contact.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wheelset {
+    pub y: usize,
+    pub psi: usize,
+    /// First of the columns y_w, dy_w/ds, phi_w, dphi_w/ds, g.
+    pub column: usize,
+    pub lambda: f64,
+    pub kappa_x: f64,
+    pub kappa_y: f64,
+    pub kappa_s: f64,
+    pub epsilon: f64,
+    pub delta: f64,
+    pub sigma: f64,
+    pub n: f64,
+    pub r: f64,
+    pub b: f64,
+    pub i_ya: f64,
+    /// 1/R of the rollers under the wheels [1/m]; 0 on a track.
+    pub roller: f64,
+    /// Distance behind the first wheelset [m].
+    pub behind: f64,
+    /// Column of 1/R under it on a line with curves.
+    pub curvature: Option<usize>,
+}
+
+impl Wheelset {
+    /// With the contact lambda, kappa_x, kappa_y, epsilon, delta, sigma; other numbers are set later.
+    pub fn with_contact([lambda, kappa_x, kappa_y, epsilon, delta, sigma]: [f64; 6]) -> Self {
+        Wheelset { lambda, kappa_x, kappa_y, epsilon, delta, sigma, ..Wheelset::default() }
+    }
+
+    /// 1 where the surface under the wheels moves with y_w, as a roller that is shifted does; 0 on a track.
+    fn moves_with_rails(&self) -> f64 {
+        f64::from(self.roller > 0.0)
+    }
+
+    /// Yaw moment of the normal forces per yaw, over 2 N b: delta, and (b + R delta)/(R + r) on rollers, from whose top
+    /// a yawed wheelset stands off (docs/theory.md).
+    fn turning(&self) -> f64 {
+        (self.b * self.roller + self.delta) / (1.0 + self.r * self.roller)
+    }
+
+    /// Derivatives of Q_y and Q_psi of (3.9) with the gyroscopic moments of (3.10) with respect to y, psi, y', psi' at a
+    /// speed [m/s].
+    pub fn force_slopes(&self, speed: f64) -> [[f64; 4]; 2] {
+        let numbers = Contact::of(&ContactNumbers::in_newtons(*self));
+        let contact = Contact::of_lanes(|_| numbers).part::<Dual<Portable>>(0);
+        let [y, psi, vy, vpsi] = Dual::variables();
+        let motion = Motion { y, psi, vy, vpsi };
+        let at_speed = contact.at_speed(Dual::splat(speed), Dual::splat(1.0 / speed));
+        let at = Displacement { rolled: Dual::splat(self.lambda) * y, ..Displacement::linear(y) };
+        let slip = contact.slip::<true>(&at_speed, &at, &motion, Dual::zero());
+        let outer = contact.gravitation(&at, Dual::zero());
+        let pulls = Pulls::of_factors(&slip, [Dual::splat(1.0); 2]);
+        contact.accelerations(&at_speed, &motion, &pulls, [outer, Dual::zero()]).map(Dual::derivatives)
+    }
+}
 
 /// A wheelset with its saturation and its flange.
 #[derive(Clone, Copy, Debug)]
@@ -11,7 +70,8 @@ pub struct ContactNumbers {
     pub wheelset: Wheelset,
     /// Mass and yaw inertia of the wheelset.
     pub mass: [f64; 2],
-    /// mu N, or [`NO_LIMIT`], and how much of it acts.
+    /// Creep force of the linear law from which on the wheel slides fully, 3 mu N, or [`NO_LIMIT`]; how much of the saturation
+    /// acts.
     pub limit: f64,
     pub share: f64,
     /// Clearance and stiffness of the flange; stiffness 0 where there is none.
@@ -22,39 +82,87 @@ pub struct ContactNumbers {
 /// Limit where nothing saturates: so far above every creep force that the factor is one to the last digit.
 pub const NO_LIMIT: f64 = 1e40;
 
-/// The contact of one wheelset of sixteen vehicles, or of a part of them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Contact<T> {
-    r: T,
-    /// t_x = along_e e + along_turn psi'/V
-    along_e: T,
-    along_turn: T,
-    /// t_y = (across y' + across_turn psi')/V - across_psi psi - across_e e - across_line dy_w - across_roll dphi_w
-    across: T,
-    across_turn: T,
-    across_psi: T,
-    across_e: T,
-    across_line: T,
-    across_roll: T,
-    /// t_y of the right wheel is less by this, of the left one more.
-    angle: T,
-    /// Of the saturation, how much of it acts, and a third of that.
-    share: T,
-    share_third: T,
-    clearance: T,
-    minus_clearance: T,
-    /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::with_springs`] add), flange deflection, unit of
-    /// creep force, V psi'.
-    pub gravity: T,
-    gravity_e: T,
-    flange: T,
-    creep: T,
-    gyro: T,
-    /// Angular accelerations: per unit of creep force, psi (by the contact angle, less what springs of [`Contact::with_springs`]
-    /// take off), V y'.
-    turn: T,
-    turn_psi: T,
-    turn_gyro: T,
+impl ContactNumbers {
+    /// Forces instead of accelerations and units of a limit, per (r_1 - r_2)/2 instead of e; laws are added elsewhere.
+    pub fn in_newtons(wheelset: Wheelset) -> Self {
+        let wheelset = Wheelset { lambda: 1.0, ..wheelset };
+        ContactNumbers { wheelset, mass: [1.0; 2], limit: 1.0, share: 1.0, clearance: 1.0, flange: 0.0 }
+    }
+}
+
+coefficients! {
+    /// The contact of one wheelset of one vehicle, of sixteen, or of a part of these.
+    pub struct Contact {
+        r,
+        /// t_x = along_e e + along_turn psi'/V
+        along_e,
+        along_turn,
+        /// t_y = (across y' + across_turn psi')/V - across_psi psi - across_e e - across_bend (e_gamma - e)
+        /// - across_line dy_w - across_roll dphi_w
+        across,
+        across_turn,
+        across_psi,
+        across_e,
+        across_bend,
+        across_line,
+        across_roll,
+        /// t_y of the right wheel is less by this, of the left one more.
+        angle,
+        /// Of the saturation, how much of it acts, and a third of that.
+        share,
+        share_third,
+        clearance,
+        minus_clearance,
+        /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::with_springs`] add), flange deflection,
+        /// unit of creep force, V psi'.
+        pub gravity,
+        gravity_e,
+        flange,
+        creep,
+        gyro,
+        /// Angular accelerations: per unit of creep force, psi (by the contact angle, less what springs of
+        /// [`Contact::with_springs`] take off), V y'.
+        turn,
+        turn_psi,
+        turn_gyro,
+    }
+}
+
+impl Contact<f64> {
+    /// The products of (3.3)-(3.5), (3.8), (3.9).
+    pub fn of(numbers: &ContactNumbers) -> Self {
+        let ContactNumbers { wheelset: w, mass: [mass, inertia], limit, share, clearance, flange } = *numbers;
+        let [kx, ky, ks] = [w.kappa_x, w.kappa_y, w.kappa_s].map(|kappa| kappa * w.n / limit);
+        // phi_i = phi_w - sigma e/b moves the contact point, and gamma/r, on rollers also gamma/R, is spin
+        let (roll, gyro) = (w.r * w.sigma / w.b, w.i_ya * w.sigma / (w.b * w.r));
+        let spin_per_angle = ks / w.r + ks * w.roller;
+        let across_bend = spin_per_angle * w.epsilon / w.b;
+        Contact {
+            r: w.r,
+            along_e: kx * w.lambda / w.r,
+            along_turn: kx * w.b,
+            across: ky * (1.0 + roll),
+            across_turn: ks,
+            across_psi: ky,
+            across_e: across_bend - ks * w.sigma / (w.b * w.r),
+            across_bend,
+            across_line: ky * (roll + w.moves_with_rails()),
+            across_roll: ky * (1.0 + roll) * w.r,
+            angle: spin_per_angle * w.delta,
+            share,
+            share_third: share * (1.0 / 3.0),
+            clearance,
+            minus_clearance: -clearance,
+            gravity: 2.0 * w.n / mass,
+            gravity_e: 2.0 * w.n * w.epsilon / w.b / mass,
+            flange: flange / mass,
+            creep: limit / mass,
+            gyro: gyro / mass,
+            turn: w.b * limit / inertia,
+            turn_psi: 2.0 * w.b * w.n * w.turning() / inertia,
+            turn_gyro: gyro / inertia,
+        }
+    }
 }
 
 /// The track under a wheelset: y_w, dy_w/ds, phi_w, dphi_w/ds from this column of the input table on.
@@ -64,69 +172,83 @@ pub fn under<P: Part>(row: &[f64], column: usize) -> [P; 4] {
     [P::splat(track[0]), P::splat(track[1]), P::splat(track[2]), P::splat(track[3])]
 }
 
+/// Lateral and yaw motion of a wheelset.
+#[derive(Clone, Copy)]
+pub struct Motion<P> {
+    pub y: P,
+    pub psi: P,
+    pub vy: P,
+    pub vpsi: P,
+}
+
+/// Displacement e relative to the rails, what the rolling radii make of it ((r_1 - r_2)/2, or e where the contact has its
+/// conicity), and how much more the contact angles make of it.
+#[derive(Clone, Copy)]
+pub struct Displacement<P> {
+    pub e: P,
+    pub rolled: P,
+    pub bend: Option<P>,
+}
+
+impl<P: Part> Displacement<P> {
+    /// On linear profiles.
+    #[inline(always)]
+    pub fn linear(e: P) -> Self {
+        Displacement { e, rolled: e, bend: None }
+    }
+}
+
 /// Terms that depend on the speed: t_x per psi', t_y per y' and psi', accelerations per psi' and y'.
 #[derive(Clone, Copy)]
 pub struct AtSpeed<P> {
     along: P,
-    across: P,
+    pub across: P,
     across_turn: P,
-    gyro: P,
+    pub gyro: P,
     turn_gyro: P,
 }
 
-/// e, and the creep forces of the linear law: t_x, t_y of the right and the left wheel.
+/// The creep forces of the linear law: t_x, t_y of the right and the left wheel.
 #[derive(Clone, Copy)]
 pub struct Slip<P> {
-    e: P,
-    tx: P,
-    ty: [P; 2],
+    pub tx: P,
+    pub ty: [P; 2],
+}
+
+/// Creep forces of both wheels: t_y1 + t_y2, t_y1 - t_y2, t_x1 + t_x2 (T_x1 = -t_x1, T_x2 = t_x2).
+#[derive(Clone, Copy)]
+pub struct Pulls<P> {
+    sum: P,
+    difference: P,
+    along: P,
+}
+
+impl<P: Part> Pulls<P> {
+    #[inline(always)]
+    pub fn of([tx_1, tx_2]: [P; 2], [ty_1, ty_2]: [P; 2]) -> Self {
+        Pulls { sum: ty_1 + ty_2, difference: ty_1 - ty_2, along: tx_1 + tx_2 }
+    }
+
+    /// The forces of the linear law times a factor per wheel.
+    #[inline(always)]
+    fn of_factors(slip: &Slip<P>, [f_1, f_2]: [P; 2]) -> Self {
+        let Slip { tx, ty: [ty_1, ty_2] } = *slip;
+        let g_1 = f_1 * ty_1;
+        Pulls { sum: f_2.mul_add(ty_2, g_1), difference: f_2.neg_mul_add(ty_2, g_1), along: (f_1 + f_2) * tx }
+    }
 }
 
 impl Contact<Lanes> {
-    /// From the contacts of sixteen vehicles.
-    pub fn new(of: &[ContactNumbers]) -> Self {
-        let of: Vec<_> = of.iter().map(|c| ContactNumbers { limit: UNIT * c.limit, ..*c }).collect();
-        let lanes = |f: &dyn Fn(&Wheelset, &ContactNumbers) -> f64| Lanes::from_fn(|l| f(&of[l].wheelset, &of[l]));
-        let roll = |w: &Wheelset| 1.0 + w.r * w.sigma / w.b;
-        let gyro = |w: &Wheelset| w.i_ya * w.sigma / (w.b * w.r);
-        Contact {
-            r: lanes(&|w, _| w.r),
-            along_e: lanes(&|w, c| w.kappa_x * w.n * w.lambda / (w.r * c.limit)),
-            along_turn: lanes(&|w, c| w.kappa_x * w.n * w.b / c.limit),
-            across: lanes(&|w, c| w.kappa_y * w.n * roll(w) / c.limit),
-            across_turn: lanes(&|w, c| w.kappa_s * w.n / c.limit),
-            across_psi: lanes(&|w, c| w.kappa_y * w.n / c.limit),
-            across_e: lanes(&|w, c| {
-                w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r * c.limit)
-                    + w.kappa_s * w.n * w.epsilon * w.roller / (w.b * c.limit)
-            }),
-            across_line: lanes(&|w, c| {
-                w.kappa_y * w.n * w.r * w.sigma / (w.b * c.limit) + w.moves_with_rails() * w.kappa_y * w.n / c.limit
-            }),
-            across_roll: lanes(&|w, c| w.kappa_y * w.n * roll(w) * w.r / c.limit),
-            angle: lanes(&|w, c| {
-                w.kappa_s * w.n * w.delta / (w.r * c.limit) + w.kappa_s * w.n * w.delta * w.roller / c.limit
-            }),
-            share: lanes(&|_, c| c.share),
-            share_third: lanes(&|_, c| c.share * (1.0 / 3.0)),
-            clearance: lanes(&|_, c| c.clearance),
-            minus_clearance: lanes(&|_, c| -c.clearance),
-            gravity: lanes(&|w, c| 2.0 * w.n / c.mass[0]),
-            gravity_e: lanes(&|w, c| 2.0 * w.n * w.epsilon / w.b / c.mass[0]),
-            flange: lanes(&|_, c| c.flange / c.mass[0]),
-            creep: lanes(&|_, c| c.limit / c.mass[0]),
-            gyro: lanes(&|w, c| gyro(w) / c.mass[0]),
-            turn: lanes(&|w, c| w.b * c.limit / c.mass[1]),
-            turn_psi: lanes(&|w, c| 2.0 * w.b * w.n * w.turning() / c.mass[1]),
-            turn_gyro: lanes(&|w, c| gyro(w) / c.mass[1]),
-        }
-    }
-
     /// The contact with the springs of its wheelset added: accelerations per e and psi.
     pub fn with_springs(mut self, lateral: &Lanes, yaw: &Lanes) -> Self {
         self.gravity_e = Lanes::from_fn(|l| self.gravity_e.0[l] + lateral.0[l]);
         self.turn_psi = Lanes::from_fn(|l| self.turn_psi.0[l] - yaw.0[l]);
         self
+    }
+
+    /// Do both wheels creep alike where the track has no cross-level: without roll and spin creep?
+    pub fn creeps_alike(&self) -> bool {
+        self.across_turn.is_zero() && self.across_line.is_zero()
     }
 
     /// Does the saturation act in full in every lane?
@@ -138,36 +260,6 @@ impl Contact<Lanes> {
     pub fn leaning(&self, lateral: &Lanes) -> Lanes {
         Lanes::from_fn(|l| self.gravity.0[l] - lateral.0[l] * self.r.0[l])
     }
-
-    /// The lanes from `at` on, side by side in memory.
-    #[inline(always)]
-    pub fn part<P: Part>(&self, at: usize) -> Contact<P> {
-        let g = |l: &Lanes| P::load(l, at);
-        Contact {
-            r: g(&self.r),
-            along_e: g(&self.along_e),
-            along_turn: g(&self.along_turn),
-            across: g(&self.across),
-            across_turn: g(&self.across_turn),
-            across_psi: g(&self.across_psi),
-            across_e: g(&self.across_e),
-            across_line: g(&self.across_line),
-            across_roll: g(&self.across_roll),
-            angle: g(&self.angle),
-            share: g(&self.share),
-            share_third: g(&self.share_third),
-            clearance: g(&self.clearance),
-            minus_clearance: g(&self.minus_clearance),
-            gravity: g(&self.gravity),
-            gravity_e: g(&self.gravity_e),
-            flange: g(&self.flange),
-            creep: g(&self.creep),
-            gyro: g(&self.gyro),
-            turn: g(&self.turn),
-            turn_psi: g(&self.turn_psi),
-            turn_gyro: g(&self.turn_gyro),
-        }
-    }
 }
 
 impl<P: Part> Contact<P> {
@@ -175,6 +267,12 @@ impl<P: Part> Contact<P> {
     #[inline(always)]
     pub fn alike(self) -> Self {
         Contact { creep: self.creep + self.creep, turn: self.turn + self.turn, ..self }
+    }
+
+    /// kappa_x N/r of a contact [`ContactNumbers::in_newtons`], and kappa_x N.
+    #[inline(always)]
+    pub fn along(&self) -> [P; 2] {
+        [self.along_e, self.along_e * self.r]
     }
 
     /// At a speed and its inverse.
@@ -195,107 +293,121 @@ impl<P: Part> Contact<P> {
         self.r.mul_add(*phi, *y)
     }
 
+    /// Its slope: the same of dy_w/ds and dphi_w/ds.
+    #[inline(always)]
+    pub fn line_slope(&self, [_, dy, _, dphi]: &[P; 4]) -> P {
+        self.r.mul_add(*dphi, *dy)
+    }
+
     /// Contribution of the slopes of the track to t_y.
     #[inline(always)]
     pub fn by_slopes(&self, [_, dy, _, dphi]: &[P; 4]) -> P {
         self.across_line.neg_mul_add(*dy, -(self.across_roll * *dphi))
     }
 
-    /// The creep forces of the linear law at the displacement e = `motion.y` relative to the rails, in units of the limit
-    /// (3.3), (3.5); t_y with what the slopes of the track add. Without `SPIN` both wheels creep alike.
+    /// The creep forces of the linear law (3.3), (3.5), in units of the limit; t_y with what the slopes of the track add.
+    /// Without `SPIN` both wheels creep alike.
     #[inline(always)]
-    pub fn slip<const SPIN: bool>(&self, at_speed: &AtSpeed<P>, motion: &Motion<P>, slopes: P) -> Slip<P> {
-        let Motion { y: e, psi, vy, vpsi } = *motion;
+    pub fn slip<const SPIN: bool>(
+        &self,
+        at_speed: &AtSpeed<P>,
+        at: &Displacement<P>,
+        motion: &Motion<P>,
+        slopes: P,
+    ) -> Slip<P> {
+        let Motion { psi, vy, vpsi, .. } = *motion;
         // velocities last: they are the last to be known of a state
-        let tx = at_speed.along.mul_add(vpsi, self.along_e * e);
+        let tx = at_speed.along.mul_add(vpsi, self.along_e * at.rolled);
         if !SPIN {
             let ty = at_speed.across.mul_add(vy, -(self.across_psi * psi));
-            return Slip { e, tx, ty: [ty, ty] };
+            return Slip { tx, ty: [ty, ty] };
         }
         let mut ty = self.across_psi.neg_mul_add(psi, slopes);
-        ty = self.across_e.neg_mul_add(e, ty);
-        ty = at_speed.across_turn.mul_add(vpsi, ty);
+        ty = self.with_spin(at_speed, at, vpsi, ty);
         ty = at_speed.across.mul_add(vy, ty);
-        Slip { e, tx, ty: [ty - self.angle, ty + self.angle] }
+        Slip { tx, ty: [ty - self.angle, ty + self.angle] }
     }
 
-    /// The factors of the creep forces of both wheels, one without `LAWS`: 1 - q + q^2/3 for q < 1, else 1/(3 q), q in units
-    /// of [`UNIT`] limits; of a share of the saturation as much of what it takes off, unless it is `WHOLE` in all lanes.
+    /// t_y with the part of it that is spin, but for that of the mean contact angle.
+    #[inline(always)]
+    fn with_spin(&self, at_speed: &AtSpeed<P>, at: &Displacement<P>, vpsi: P, mut ty: P) -> P {
+        ty = self.across_e.neg_mul_add(at.e, ty);
+        if let Some(bend) = at.bend {
+            ty = self.across_bend.neg_mul_add(bend, ty);
+        }
+        at_speed.across_turn.mul_add(vpsi, ty)
+    }
+
+    /// The part of t_y of both wheels that is spin.
+    #[inline(always)]
+    pub fn spin(&self, at_speed: &AtSpeed<P>, at: &Displacement<P>, vpsi: P) -> [P; 2] {
+        let spin = self.with_spin(at_speed, at, vpsi, P::zero());
+        [spin - self.angle, spin + self.angle]
+    }
+
+    /// The factors of the creep forces of both wheels, one without `LAWS`, by the cubic saturation.
     #[inline(always)]
     pub fn factors<const LAWS: bool, const WHOLE: bool, const SPIN: bool>(&self, slip: &Slip<P>) -> [P; 2] {
-        let Slip { tx, ty, .. } = *slip;
+        let Slip { tx, ty: [ty_1, ty_2] } = *slip;
         if !LAWS {
             return [P::splat(1.0); 2];
         }
+        let (along, share) = (tx * tx, [self.share, self.share_third]);
         if SPIN {
-            return self.saturation::<WHOLE, 2>(tx, ty);
+            let squares = [ty_1.mul_add(ty_1, along), ty_2.mul_add(ty_2, along)];
+            return cubic_saturation::<P, WHOLE, 2>(squares, share);
         }
-        let [f] = self.saturation::<WHOLE, 1>(tx, [ty[0]]);
+        let [f] = cubic_saturation::<P, WHOLE, 1>([ty_1.mul_add(ty_1, along)], share);
         [f, f]
     }
 
-    /// Of wheels of one t_x, creep forces in units of [`UNIT`] limits.
+    /// The lateral acceleration by gravitation, added to one given.
     #[inline(always)]
-    fn saturation<const WHOLE: bool, const N: usize>(&self, tx: P, ty: [P; N]) -> [P; N] {
-        let (one, third) = (P::splat(1.0), P::splat(1.0 / 3.0));
-        let along = tx * tx;
-        // loops, for closures inside array functions would not be compiled for the level
-        let (mut square, mut q, mut factor) = (ty, ty, ty);
-        let mut largest = one;
-        for i in 0..N {
-            square[i] = ty[i].mul_add(ty[i], along);
-            q[i] = square[i].sqrt();
-            factor[i] = if WHOLE {
-                third.mul_add(square[i], one) - q[i]
-            } else {
-                self.share.neg_mul_add(q[i], self.share_third.mul_add(square[i], one))
-            };
-            largest = if i == 0 { square[0] } else { largest.max(square[i]) };
-        }
-        // full sliding is rare: its divisions are made only where a lane slides
-        if largest.any_from(one) {
-            for i in 0..N {
-                // the same digits in full as by a share of one, whatever the other lanes do
-                let more = third / q[i].max(third) - one;
-                let sliding = if WHOLE { more + one } else { self.share.mul_add(more, one) };
-                factor[i] = square[i].if_less(one, factor[i], sliding);
-            }
-        }
-        factor
+    pub fn gravitation(&self, at: &Displacement<P>, a_y: P) -> P {
+        let a_y = self.gravity_e.neg_mul_add(at.e, a_y);
+        if let Some(bend) = at.bend { self.gravity_e.neg_mul_add(bend, a_y) } else { a_y }
     }
 
     /// The accelerations of y and psi by all contact forces, added to those given, at this motion and these factors of the
-    /// creep forces (3.4), (3.10). Without `LAWS` no flange touches; without `SPIN` of a contact [`Contact::alike`].
+    /// creep forces. Without `LAWS` no flange touches; without `SPIN` of a contact [`Contact::alike`].
     #[inline(always)]
     pub fn touch<const LAWS: bool, const SPIN: bool>(
         &self,
         at_speed: &AtSpeed<P>,
         motion: &Motion<P>,
         slip: &Slip<P>,
-        [f_1, f_2]: [P; 2],
+        factors: [P; 2],
         [a_y, a_psi]: [P; 2],
     ) -> [P; 2] {
-        let Motion { psi, vy, vpsi, .. } = *motion;
-        let Slip { e, tx, ty: [ty_1, ty_2] } = *slip;
-        let mut a_y = self.gravity_e.neg_mul_add(e, a_y);
+        let e = motion.y;
+        let mut a_y = self.gravitation(&Displacement::linear(e), a_y);
         if LAWS {
             let beyond = e - e.min(self.clearance).max(self.minus_clearance);
             a_y = self.flange.neg_mul_add(beyond, a_y);
         }
         // what waits for the factors comes last
         if !SPIN {
-            let a_psi = self.turn_psi.mul_add(psi, a_psi);
-            return [(self.creep * ty_1).neg_mul_add(f_1, a_y), (self.turn * tx).neg_mul_add(f_1, a_psi)];
+            let ([f, _], Slip { tx, ty: [ty, _] }) = (factors, *slip);
+            let a_psi = self.turn_psi.mul_add(motion.psi, a_psi);
+            return [(self.creep * ty).neg_mul_add(f, a_y), (self.turn * tx).neg_mul_add(f, a_psi)];
         }
-        let g_1 = f_1 * ty_1;
-        let (sum, difference) = (f_2.mul_add(ty_2, g_1), f_2.neg_mul_add(ty_2, g_1));
-        let pulls = (f_1 + f_2) * tx;
-        let per_psi = self.turn.mul_add(difference, self.turn_psi);
+        self.accelerations(at_speed, motion, &Pulls::of_factors(slip, factors), [a_y, a_psi])
+    }
+
+    /// The accelerations by creep forces, by normal forces that turn with the wheelset and by the gyroscopic moments, added to
+    /// those given (3.4), (3.10).
+    #[inline(always)]
+    pub fn accelerations(
+        &self,
+        at_speed: &AtSpeed<P>,
+        motion: &Motion<P>,
+        pulls: &Pulls<P>,
+        [a_y, a_psi]: [P; 2],
+    ) -> [P; 2] {
+        let Motion { psi, vy, vpsi, .. } = *motion;
+        let per_psi = self.turn.mul_add(pulls.difference, self.turn_psi);
         let a_psi = per_psi.mul_add(psi, a_psi);
         let (a_y, a_psi) = (at_speed.gyro.mul_add(vpsi, a_y), at_speed.turn_gyro.neg_mul_add(vy, a_psi));
-        [self.creep.neg_mul_add(sum, a_y), self.turn.neg_mul_add(pulls, a_psi)]
+        [self.creep.neg_mul_add(pulls.sum, a_y), self.turn.neg_mul_add(pulls.along, a_psi)]
     }
 }
-
-/// So sliding begins at one.
-const UNIT: f64 = 3.0;

@@ -1,3 +1,3 @@
 //! Wheelset and wheel-rail contact. Each module may use only those above it in this list.
-pub mod wheelset;
 pub mod contact;
+pub mod wheelset;

@@ -1,106 +1,25 @@
-//! The contact chain of one wheelset: e, rolling radii, creepage, creep forces.
-//!
-//! Source: Broersen (1976), (3.2)-(3.9); letters as there.
-use crate::effects::effect::{Creeping, Numbers, RollingRadius};
-use crate::effects::flange_contact::{self, Flanging, in_gauge};
-use crate::effects::{Law, PlacedLaw};
+//! A wheelset with any laws at its contact: rolling radii, creep forces, flanges, a rail that yields.
+use crate::effects::PlacedLaw;
+use crate::effects::effect::{Creeping, Flanging, RollingRadius};
 use crate::numeric::profile_table::ShapeLanes;
 use crate::simd::{Lanes, Part};
+use crate::wheel_rail::contact::{
+    AtSpeed, Contact, ContactNumbers, Displacement, Motion, Pulls, Slip, Wheelset, under,
+};
 
-/// Indices of one wheelset: its degrees of freedom, and the columns of its track.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Wheelset {
-    pub y: usize,
-    pub psi: usize,
-    /// First of the columns y_w, dy_w/ds, phi_w, dphi_w/ds, g.
-    pub column: usize,
-    pub lambda: f64,
-    pub kappa_x: f64,
-    pub kappa_y: f64,
-    pub kappa_s: f64,
-    pub epsilon: f64,
-    pub delta: f64,
-    pub sigma: f64,
-    pub n: f64,
-    pub r: f64,
-    pub b: f64,
-    pub i_ya: f64,
-    /// 1/R of the rollers under the wheels [1/m]; 0 on a track.
-    pub roller: f64,
-    /// Distance behind the first wheelset [m].
-    pub behind: f64,
-    /// Column of 1/R under it on a line with curves.
-    pub curvature: Option<usize>,
-}
-
-impl Wheelset {
-    /// With the contact lambda, kappa_x, kappa_y, epsilon, delta, sigma; other numbers are set later.
-    pub fn with_contact([lambda, kappa_x, kappa_y, epsilon, delta, sigma]: [f64; 6]) -> Self {
-        Wheelset { lambda, kappa_x, kappa_y, epsilon, delta, sigma, ..Wheelset::default() }
-    }
-
-    /// 1 where the surface under the wheels moves with y_w, as a roller that is shifted does; 0 on a track.
-    pub fn moves_with_rails(&self) -> f64 {
-        f64::from(self.roller > 0.0)
-    }
-
-    /// Yaw moment of the normal forces per yaw, over 2 N b: delta, and (b + R delta)/(R + r) on rollers, from whose top
-    /// a yawed wheelset stands off (docs/theory.md).
-    pub fn turning(&self) -> f64 {
-        (self.b * self.roller + self.delta) / (1.0 + self.r * self.roller)
-    }
-
-    /// The forces Q_y, Q_psi of (3.9) less the gyroscopic terms of (3.10), as [[K], [C]] of (y, psi): Q = -K q - C q'.
-    pub fn linear(&self, speed: f64) -> ([[f64; 2]; 2], [[f64; 2]; 2]) {
-        let w = self;
-        let roll = 1.0 + w.r * w.sigma / w.b;
-        let spin = w.kappa_s * (w.epsilon - w.sigma) / (w.b * w.r) + w.kappa_s * w.epsilon * w.roller / w.b;
-        let rollers = 2.0 * w.b * w.n * (w.kappa_s * w.roller * w.delta - (w.turning() - w.delta));
-        let k = [
-            [2.0 * w.n * (w.epsilon / w.b - spin), -2.0 * w.kappa_y * w.n],
-            [
-                2.0 * w.b * w.n * w.kappa_x * w.lambda / w.r,
-                -2.0 * w.b * w.n * (1.0 - w.kappa_s / w.r) * w.delta + rollers,
-            ],
-        ];
-        let gyro = w.i_ya * speed * w.sigma / (w.b * w.r);
-        let c = [
-            [2.0 * w.kappa_y * w.n * roll / speed, 2.0 * w.kappa_s * w.n / speed - gyro],
-            [gyro, 2.0 * w.b * w.b * w.n * w.kappa_x / speed],
-        ];
-        (k, c)
-    }
-}
-
-/// The same wheelset of sixteen vehicles, products made once.
+/// A wheelset of sixteen vehicles and the laws at its contact.
 #[derive(Clone, Debug)]
 pub struct WheelsetLanes {
     pub y: usize,
     pub psi: usize,
     pub column: usize,
     curvature: Option<usize>,
+    /// In newtons, without conicity, saturation and flange.
+    contact: Contact<Lanes>,
     lambda: Lanes,
     pub r: Lanes,
-    b: Lanes,
-    /// kappa_x N / r and b kappa_x N
-    kx_r: Lanes,
-    kx_b: Lanes,
-    /// kappa_y N and kappa_y N (1 + r sigma/b), r times it, kappa_y N r sigma/b (on rollers kappa_y N more)
-    ky: Lanes,
-    ky_roll: Lanes,
-    ky_roll_r: Lanes,
-    ky_sigma: Lanes,
-    /// kappa_s N, kappa_s N (epsilon - sigma)/(b r), kappa_s N epsilon/(b r), kappa_s N delta/r; on rollers 1/r + 1/R of gamma
-    ks: Lanes,
-    ks_e: Lanes,
-    ks_tilt: Lanes,
-    ks_delta: Lanes,
-    /// 2 N, 2 N epsilon/b, 2 N delta, and 2 N delta as [`Wheelset::turning`] has it
-    n2: Lanes,
-    n2_e: Lanes,
-    n2_delta: Lanes,
-    n2_turn: Lanes,
-    gyro: Lanes,
+    /// N delta, which spreads the wheels.
+    spread: Lanes,
     pub laws: Vec<PlacedLaw>,
     pub creeps: Vec<PlacedLaw>,
     pub rolls: Vec<PlacedLaw>,
@@ -110,30 +29,15 @@ pub struct WheelsetLanes {
     pub has_friction: bool,
 }
 
-/// The track as a group passes it: the input row, the speed and its inverse.
+/// The track as a group passes it: the input row and the speed.
 #[derive(Clone, Copy)]
 pub struct Passing<'a, P> {
     pub row: &'a [f64],
     pub speed: P,
-    pub inv_speed: P,
 }
 
-impl<'a, P: Part> Passing<'a, P> {
-    /// At the lanes' multiples of the speed of the row, with their inverses.
-    #[inline(always)]
-    pub fn new(row: &'a [f64], share: P, inv_share: P) -> Self {
-        Passing { row, speed: P::splat(row[1]) * share, inv_speed: P::splat(1.0 / row[1]) * inv_share }
-    }
-}
-
-/// Lateral and yaw motion of a wheelset.
-#[derive(Clone, Copy)]
-pub struct Motion<P> {
-    pub y: P,
-    pub psi: P,
-    pub vy: P,
-    pub vpsi: P,
-}
+/// A contact, and its terms at the present speed.
+type Touching<'a, P> = &'a (Contact<P>, AtSpeed<P>);
 
 /// Input of the creep laws of both wheels of a wheelset: t_x, the spin parts of t_y, the speed.
 #[derive(Clone, Copy)]
@@ -143,12 +47,11 @@ struct Slipping<P> {
     speed: P,
 }
 
-/// Forces of both wheels on the rails: gravitation and flange, t_x of the linear law, t_x and t_y of the treads as the
+/// Forces of both wheels on the rails: by gravitation and at the flange, t_x of the linear law, t_x and t_y of the treads as the
 /// creep laws make them (T_x1 = -t_x1, T_x2 = t_x2), u' of the rail, friction at the flanges.
 #[derive(Clone, Copy)]
 struct Touch<P> {
-    outer: P,
-    /// The flange's part of `outer`.
+    gravitation: P,
     flange: P,
     linear: P,
     tx: [P; 2],
@@ -172,9 +75,9 @@ impl<P: Part> SlidingFlanges<P> {
 
     /// With another flange: its right wheel touches where it pushes the wheelset to the left.
     #[inline(always)]
-    fn add(&mut self, p: Numbers<'_>, of: &Flanging<P>) {
+    fn add(&mut self, law: &PlacedLaw, part: usize, of: &Flanging<P>) {
         let none = P::zero();
-        let ([x, y], wear) = flange_contact::friction(p, of);
+        let ([x, y], wear) = law.law.friction(law.numbers(part), of);
         for (sum, f) in [(&mut self.tx, x), (&mut self.ty, y)] {
             *sum = [sum[0] + of.force.if_less(none, f, none), sum[1] + none.if_less(of.force, f, none)];
         }
@@ -217,34 +120,16 @@ pub struct RailLanes {
 
 impl WheelsetLanes {
     pub fn new(one: &[Wheelset]) -> Self {
-        let lanes = |f: &dyn Fn(&Wheelset) -> f64| Lanes::from_fn(|i| f(&one[i]));
+        let lanes = |f: fn(&Wheelset) -> f64| Lanes::from_fn(|l| f(&one[l]));
         WheelsetLanes {
             y: one[0].y,
             psi: one[0].psi,
             column: one[0].column,
             curvature: one[0].curvature,
-            lambda: lanes(&|w| w.lambda),
-            r: lanes(&|w| w.r),
-            b: lanes(&|w| w.b),
-            kx_r: lanes(&|w| w.kappa_x * w.n / w.r),
-            kx_b: lanes(&|w| w.kappa_x * w.n * w.b),
-            ky: lanes(&|w| w.kappa_y * w.n),
-            ky_roll: lanes(&|w| w.kappa_y * w.n * (1.0 + w.r * w.sigma / w.b)),
-            ky_roll_r: lanes(&|w| w.kappa_y * w.n * (1.0 + w.r * w.sigma / w.b) * w.r),
-            ky_sigma: lanes(&|w| w.kappa_y * w.n * w.r * w.sigma / w.b + w.moves_with_rails() * w.kappa_y * w.n),
-            ks: lanes(&|w| w.kappa_s * w.n),
-            ks_e: lanes(&|w| {
-                w.kappa_s * w.n * (w.epsilon - w.sigma) / (w.b * w.r) + w.kappa_s * w.n * w.epsilon * w.roller / w.b
-            }),
-            ks_tilt: lanes(&|w| {
-                w.kappa_s * w.n * w.epsilon / (w.b * w.r) + w.kappa_s * w.n * w.epsilon * w.roller / w.b
-            }),
-            ks_delta: lanes(&|w| w.kappa_s * w.n * w.delta / w.r + w.kappa_s * w.n * w.delta * w.roller),
-            n2: lanes(&|w| 2.0 * w.n),
-            n2_e: lanes(&|w| 2.0 * w.n * w.epsilon / w.b),
-            n2_delta: lanes(&|w| 2.0 * w.n * w.delta),
-            n2_turn: lanes(&|w| 2.0 * w.n * w.turning()),
-            gyro: lanes(&|w| w.i_ya * w.sigma / (w.b * w.r)),
+            contact: Contact::of_lanes(|l| Contact::of(&ContactNumbers::in_newtons(one[l]))),
+            lambda: lanes(|w| w.lambda),
+            r: lanes(|w| w.r),
+            spread: lanes(|w| w.n * w.delta),
             laws: Vec::new(),
             creeps: Vec::new(),
             rolls: Vec::new(),
@@ -252,6 +137,19 @@ impl WheelsetLanes {
             rail: None,
             has_friction: false,
         }
+    }
+
+    /// Its contact in newtons, of the lanes from `at` on, at no speed yet.
+    #[inline(always)]
+    pub fn contact<P: Part>(&self, at: usize) -> (Contact<P>, AtSpeed<P>) {
+        self.contact_at(at, P::zero(), P::zero())
+    }
+
+    /// Its contact in newtons at a speed and its inverse.
+    #[inline(always)]
+    fn contact_at<P: Part>(&self, at: usize, speed: P, inv_speed: P) -> (Contact<P>, AtSpeed<P>) {
+        let contact = self.contact.part::<P>(at);
+        (contact, contact.at_speed(speed, inv_speed))
     }
 
     /// Motion of the wheelset, and u of the rail under it; x: n degrees of freedom, their rates, own states.
@@ -264,9 +162,17 @@ impl WheelsetLanes {
 
     /// Adds Q_y, Q_psi and the gyroscopic moments to the forces dx[n ..], and u' where the rail yields.
     #[inline(always)]
-    pub fn add<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64], dx: &mut [P; 64]) {
+    pub fn add<P: Part>(
+        &self,
+        part: usize,
+        contact: Touching<'_, P>,
+        track: &Passing<'_, P>,
+        n: usize,
+        x: &[P; 64],
+        dx: &mut [P; 64],
+    ) {
         let (motion, u) = self.motion(n, x);
-        let (q_y, q_psi, du) = self.forces(part, track, &motion, u);
+        let (q_y, q_psi, du) = self.forces(part, contact, track, &motion, u);
         let (iy, ipsi) = ((n + self.y) & 63, (n + self.psi) & 63);
         dx[iy] = dx[iy] + q_y;
         dx[ipsi] = dx[ipsi] + q_psi;
@@ -277,115 +183,107 @@ impl WheelsetLanes {
 
     /// Q_y, Q_psi with the gyroscopic moments, and u' of the rail whose movement is u.
     #[inline(always)]
-    pub fn forces<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> (P, P, P) {
-        let g = |l: &Lanes| P::load(l, part);
-        let Motion { psi, vy, vpsi, .. } = *motion;
-        let touch = self.touch(part, track, motion, u);
-        let ([tx_1, tx_2], [ty_1, ty_2]) = touch.creep();
-        // (3.4); T_x1 = -t_x1, T_x2 = t_x2
-        let q_y = touch.outer - ty_1 - ty_2;
-        let q_psi = g(&self.b) * (psi * (g(&self.n2_turn) + ty_1 - ty_2) - (tx_1 + tx_2));
-        let gyro = g(&self.gyro) * track.speed;
-        (gyro.mul_add(vpsi, q_y), gyro.neg_mul_add(vy, q_psi), touch.du)
+    fn forces<P: Part>(
+        &self,
+        part: usize,
+        contact: Touching<'_, P>,
+        track: &Passing<'_, P>,
+        motion: &Motion<P>,
+        u: P,
+    ) -> (P, P, P) {
+        let touch = self.touch(part, contact, track, motion, u);
+        let ((tx, ty), (contact, at_speed)) = (touch.creep(), contact);
+        let [q_y, q_psi] =
+            contact.accelerations(at_speed, motion, &Pulls::of(tx, ty), [touch.gravitation + touch.flange, P::zero()]);
+        (q_y, q_psi, touch.du)
     }
 
     /// The guiding forces Y of the right and the left wheel on the rails, to the right.
     ///
     /// (3.4) with gamma_1, gamma_2 of (3.8); a flange presses where the wheelset has moved to.
     #[inline(always)]
-    pub fn guiding<P: Part>(&self, part: usize, track: &Passing<'_, P>, n: usize, x: &[P; 64]) -> [P; 2] {
+    pub fn guiding<P: Part>(&self, part: usize, track: &Passing<'_, P>, inv_speed: P, n: usize, x: &[P; 64]) -> [P; 2] {
         let (motion, u) = self.motion(n, x);
-        let touch = self.touch(part, track, &motion, u);
-        let (Touch { outer, flange, .. }, (_, [ty_1, ty_2])) = (touch, touch.creep());
+        let contact = self.contact_at(part, track.speed, inv_speed);
+        let touch = self.touch(part, &contact, track, &motion, u);
+        let (flange, (_, [ty_1, ty_2])) = (touch.flange, touch.creep());
         let (none, half) = (P::zero(), P::splat(0.5));
-        let gyro = P::load(&self.gyro, part) * track.speed;
         // N (gamma_1 - gamma_2)/2 with the gyroscopic moment, and N (gamma_1 + gamma_2)/2 that spreads the wheels
-        let leaning = half * (flange - outer - gyro * motion.vpsi);
-        let spread = half * P::load(&self.n2_delta, part);
+        let leaning = half * contact.1.gyro.neg_mul_add(motion.vpsi, -touch.gravitation);
+        let spread = P::load(&self.spread, part);
         let right = flange.if_less(none, -flange, none);
         let left = none.if_less(flange, -flange, none);
         [leaning + spread + ty_1 + right, leaning - spread + ty_2 + left]
     }
 
+    /// Displacement of the wheelset relative to the rails under it, through its laws of the rolling radii and its profile.
+    #[inline(always)]
+    fn displacement<P: Part>(&self, part: usize, e: P, row: &[f64]) -> Displacement<P> {
+        let g = |l: &Lanes| P::load(l, part);
+        if self.rolls.is_empty() && self.shape.is_none() {
+            return Displacement { e, rolled: g(&self.lambda) * e, bend: None };
+        }
+        let gauge = P::splat(row[self.column + 4]);
+        let mut to = RollingRadius { shift: P::zero(), conicity: g(&self.lambda), cubic: P::zero() };
+        for roll in &self.rolls {
+            roll.law.roll(roll.numbers(part), g(&roll.alpha), gauge, row[0], &mut to);
+        }
+        let d = e - to.shift;
+        let (mut rolled, mut bend) = (d, None);
+        if let Some(shape) = &self.shape {
+            let (by_radii, by_angles) = shape.at(part, d, gauge, e);
+            (rolled, bend) = (by_radii, Some(by_angles - e));
+        }
+        Displacement { e, rolled: to.conicity * rolled * (to.cubic * d).mul_add(d, P::splat(1.0)), bend }
+    }
+
     /// Forces of the wheels on the rails: creep forces, and other lateral forces.
     #[inline(always)]
-    fn touch<P: Part>(&self, part: usize, track: &Passing<'_, P>, motion: &Motion<P>, u: P) -> Touch<P> {
-        let Passing { row, speed, inv_speed } = *track;
-        let Motion { y, psi, vy, mut vpsi } = *motion;
+    fn touch<P: Part>(
+        &self,
+        part: usize,
+        (contact, at_speed): Touching<'_, P>,
+        track: &Passing<'_, P>,
+        motion: &Motion<P>,
+        u: P,
+    ) -> Touch<P> {
+        let Passing { row, speed, .. } = *track;
+        let mut motion = *motion;
         if let Some(curvature) = self.curvature {
             // turning with the curve: b/R in the longitudinal creepage, 1/R in the spin
-            vpsi = speed.mul_add(P::splat(row[curvature]), vpsi);
+            motion.vpsi = speed.mul_add(P::splat(row[curvature]), motion.vpsi);
         }
         let g = |l: &Lanes| P::load(l, part);
-        let track: &[f64] = &row[self.column..self.column + 5];
-        let phi_w = P::splat(track[2]);
-        let mut e = g(&self.r).neg_mul_add(phi_w, y - P::splat(track[0]));
+        let under: [P; 4] = under(row, self.column);
+        let mut e = motion.y - contact.line(&under);
         if let Some(rail) = &self.rail {
             e = g(&rail.alpha).neg_mul_add(u, e);
         }
-
-        // (r_1 - r_2)/2, and what takes the place of e in gamma_1 - gamma_2
-        let mut tilt = e;
-        let dr = if self.rolls.is_empty() && self.shape.is_none() {
-            g(&self.lambda) * e
-        } else {
-            let mut to = RollingRadius { shift: P::zero(), conicity: g(&self.lambda), cubic: P::zero() };
-            for roll in &self.rolls {
-                roll.law.roll(roll.numbers(part), g(&roll.alpha), P::splat(track[4]), row[0], &mut to);
-            }
-            let d = e - to.shift;
-            let mut rolled = d;
-            if let Some(shape) = &self.shape {
-                (rolled, tilt) = shape.at(part, d, P::splat(track[4]), e);
-            }
-            to.conicity * rolled * (to.cubic * d).mul_add(d, P::splat(1.0))
-        };
-
-        // creepages (3.5) into (3.3), without and with the contact angle: t_x = kappa_x N (dr/r + b psi'/V),
-        // t_y = kappa_y N u_y + kappa_s N u_n, where phi' = phi_w' - sigma e'/b and y_w'/V = dy_w/ds
-        let tx = g(&self.kx_r).mul_add(dr, g(&self.kx_b) * vpsi * inv_speed);
-        let moving = g(&self.ky_roll).mul_add(vy, g(&self.ks) * vpsi);
-        let prepared = g(&self.ky_sigma).mul_add(P::splat(track[1]), g(&self.ky_roll_r) * P::splat(track[3]));
-        let turned = g(&self.ks_tilt).mul_add(tilt - e, g(&self.ks_e) * e);
-        let ty = moving.mul_add(inv_speed, -(g(&self.ky).mul_add(psi, prepared) + turned));
-        let ty_delta = g(&self.ks_delta);
-        let gravity = g(&self.n2_e).neg_mul_add(tilt, g(&self.n2) * phi_w);
-        // the part of t_y that is spin
-        let spin = (g(&self.ks) * vpsi).mul_add(inv_speed, -turned);
+        let at = self.displacement(part, e, row);
+        let Slip { tx, ty: [mut ty_1, mut ty_2] } =
+            contact.slip::<true>(at_speed, &at, &motion, contact.by_slopes(&under));
+        let spin = contact.spin(at_speed, &at, motion.vpsi);
+        let gravitation = contact.gravitation(&at, contact.gravity * under[2]);
         let mut flange = P::zero();
         let mut friction = self.has_friction.then(SlidingFlanges::none);
         for law in &self.laws {
-            let de = if law.looks_at_speed {
-                g(&self.r).neg_mul_add(P::splat(track[3]), P::splat(-track[1])).mul_add(speed, vy)
-            } else {
-                P::zero()
-            };
-            let mut unused = P::zero();
-            let f = if law.law == Law::FlangeContactInGauge {
-                in_gauge(law.numbers(part), e, track[4])
-            } else {
-                law.law.force(law.numbers(part), e, de, row[0], P::zero(), &mut unused)
-            };
+            let de =
+                if law.looks_at_speed { contact.line_slope(&under).neg_mul_add(speed, motion.vy) } else { P::zero() };
+            let f = law.law.at_contact(law.numbers(part), e, de, row[0], row[self.column + 4]);
             flange = g(&law.alpha).mul_add(f, flange);
-            if let (Some(friction), true) = (&mut friction, law.has_friction_numbers()) {
-                let force = g(&law.alpha) * f;
-                friction.add(law.numbers(part), &Flanging { force, tx, ty: ty - spin, kx_r: g(&self.kx_r) });
+            if let Some(friction) = &mut friction {
+                let (force, [kx_r, _]) = (g(&law.alpha) * f, contact.along());
+                friction.add(law, part, &Flanging { force, tx, ty: ty_1 - spin[0], kx_r });
             }
         }
-        let outer = gravity + flange;
+        let outer = gravitation + flange;
 
-        let mut ty_1 = ty - ty_delta;
-        let mut ty_2 = ty + ty_delta;
         let (mut tx_1, mut tx_2) = (tx, tx);
-        let creeps = if self.creeps.is_empty() {
-            None
-        } else {
-            Some(Slipping { tx, spin: [spin - ty_delta, spin + ty_delta], speed })
-        };
+        let creeps = if self.creeps.is_empty() { None } else { Some(Slipping { tx, spin, speed }) };
         let mut du = P::zero();
         if let Some(rail) = &self.rail {
             // what u' takes off the creep force of each wheel, through y' - u' and through the roll
-            let share = g(&rail.alpha) * g(&self.ky_roll) * inv_speed;
+            let share = g(&rail.alpha) * at_speed.across;
             // the speed at which the rail yields is small against that of a sliding flange
             let pushed = friction.map_or(outer, |f| outer - f.ty[0] - f.ty[1]);
             let still = g(&rail.stiffness).mul_add(u, pushed);
@@ -395,7 +293,7 @@ impl WheelsetLanes {
         if let Some(creeps) = &creeps {
             ([tx_1, ty_1], [tx_2, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
         }
-        Touch { outer, flange, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du, friction }
+        Touch { gravitation, flange, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du, friction }
     }
 
     /// Equilibrium of a wheelset at rest in a curve of curvature 1/R without irregularities: turning with
@@ -404,13 +302,16 @@ impl WheelsetLanes {
         let g = |l: &Lanes| P::load(l, part);
         let e = self.rail.as_ref().map_or(y, |rail| g(&rail.alpha).neg_mul_add(u, y));
         let still = WheelsetLanes { rail: None, curvature: None, ..self.clone() };
-        let track = Passing { row, speed: P::splat(1.0), inv_speed: P::splat(1.0) };
+        let (one, track) = (P::splat(1.0), Passing { row, speed: P::splat(1.0) });
+        let at = self.contact_at(part, one, one);
         let motion = Motion { y: e, psi, vy: P::zero(), vpsi: curvature };
-        let touch = still.touch(part, &track, &motion, P::zero());
-        let (q_y, q_psi, _) = still.forces(part, &track, &motion, P::zero());
-        let q_y = g(&self.gyro).neg_mul_add(curvature, q_y);
+        let touch = still.touch(part, &at, &track, &motion, P::zero());
+        let (q_y, q_psi, _) = still.forces(part, &at, &track, &motion, P::zero());
+        let (contact, at_speed) = at;
+        let q_y = at_speed.gyro.neg_mul_add(curvature, q_y);
         let rail = self.rail.as_ref().map_or(P::zero(), |rail| g(&rail.stiffness).mul_add(u, q_y));
-        let creepage = touch.linear / (g(&self.kx_r) * g(&self.r));
+        let [_, kappa_n] = contact.along();
+        let creepage = touch.linear / kappa_n;
         let flange_wear = touch.friction.map_or(P::zero(), |f| f.wear);
         Standing { e, q_y, q_psi, creepage, rail, tx: [-touch.tx[0], touch.tx[1]], ty: touch.ty, flange_wear }
     }

@@ -127,9 +127,9 @@ impl Layout {
                 }
                 Acts::Series(numbers) => {
                     let limited = |n: &Number| if n.is_empty() { UNLIMITED } else { sides * value(n) };
-                    own(vehicle, Law::MaxwellDamper, motion, numbers.iter().map(limited));
+                    own(vehicle, Law::SERIES, motion, numbers.iter().map(limited));
                 }
-                Acts::Stop([gap, k]) => own(vehicle, Law::BumpStop, motion, [value(gap), sides * value(k)].into_iter()),
+                Acts::Stop([gap, k]) => own(vehicle, Law::STOP, motion, [value(gap), sides * value(k)].into_iter()),
             }
         }
         if !joint.static_load.is_empty() {
