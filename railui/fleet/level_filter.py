@@ -58,6 +58,10 @@ class Levels:
             self.bb - gain_b * row_b,
         )
 
+    def wandered(self, variance: FloatArray) -> Levels:
+        """Return the levels a block later, after a random walk of a variance [q]."""
+        return Levels(self.a, self.b, self.aa + variance, self.ab, self.bb)
+
     def reset(self, which: NDArray[np.bool_], prior: Levels) -> Levels:
         """Return the prior for some vehicles and quantities [v, q]."""
         return Levels(

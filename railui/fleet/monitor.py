@@ -21,12 +21,14 @@ from railui.fleet.control import common_deviation
 from railui.fleet.cusum import DAYS_PER_MONTH, step, threshold_of_rate
 from railui.fleet.fleet_prior import FleetPrior, fit_fleet_prior
 from railui.fleet.history import Crossing, Monitor
+from railui.fleet.level_filter import Levels
 from railui.fleet.mixed_model import MAD
 from railui.fleet.observations import Observations, is_reset
 from railui.fleet.schema import EventModel
 from railui.fleet.section_test import SectionTest
 
 REFIT_GROWTH: Final = 1.3  # of the number of blocks, from one fit of the hierarchical model to the next
+WANDERS: Final = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)  # of the variance of a block, from a block to the next
 MIN_SCALE: Final = 0.5  # of the scores, over the standard normal distribution
 MIN_SCORES: Final = 30  # from which their scale is estimated
 
@@ -79,6 +81,9 @@ class _Replay:
         self.raw = np.full((blocks, v, q), np.nan)  # scores before their scale is taken out
         self.alarmed: list[list[int]] = [[] for _ in range(blocks)]  # vehicles
         self.up, self.down = np.zeros(self.shape), np.zeros(self.shape)
+        self.wander = np.zeros(q)  # variance by which a level changes from a block to the next
+        self.uses, self.variances = np.zeros((blocks, v, q)), np.zeros((blocks, v, q))  # of the values of the blocks
+        self.relearned: list[list[tuple[NDArray[np.bool_], Levels]]] = [[] for _ in range(blocks + 1)]
 
     def run(self) -> Monitor:
         """Go through all blocks."""
@@ -92,9 +97,8 @@ class _Replay:
                 self.next_fit = max(b + 1, round(REFIT_GROWTH * b))
                 self._fit(b)
                 self._restart()
-                for past in range(b):
-                    self._advance(past)
-                    self._learn_alarmed(past)
+                self._filter_again(b)
+                self._learn_wander(b)
                 self._rescale(b)
             renewed = self._maintained(b)
             self.up[renewed] = self.down[renewed] = 0.0  # what was changed before maintenance is so no longer
@@ -106,6 +110,12 @@ class _Replay:
             self.sections.add(b)
         return out
 
+    def _filter_again(self, b: int) -> None:
+        """Filter all blocks before a block, without tests."""
+        for past in range(b):
+            self._advance(past)
+            self._learn_alarmed(past)
+
     def _restart(self) -> None:
         """Go back to the first block, whose levels follow from the present prior.
 
@@ -116,13 +126,17 @@ class _Replay:
         self.needed[:] = self.settings.baseline_blocks
         self.counts[:] = 1.0
         self.use[:] = 0.0
+        for relearned in self.relearned:
+            relearned.clear()
 
     def _advance(self, b: int) -> NDArray[np.bool_]:
         """Predict a block and learn from it; return what the tests may use [v, q]."""
         out, settings = self.out, self.settings
         self._apply_events(b)
+        self.levels = self.levels.wandered(self.wander)
         out.levels[b] = self.levels
         use, value, variance = self._block(b)
+        self.uses[b], self.variances[b] = use, variance
         expected = self.levels.predict(use)
         spread = np.sqrt(self.levels.variance(use) + variance)
         self.raw[b] = (value - expected) / spread
@@ -151,6 +165,48 @@ class _Replay:
             before = self.block < blocks
         self.prior = fit_fleet_prior(self.data, before, self.cell, getattr(self, "prior", None))
         self.out.models = self.prior.models
+
+    def _learn_wander(self, b: int) -> None:
+        """Choose how far the levels of sound vehicles wander, by the likelihood of their predictions so far.
+
+        The mean of many runs of a block shows changes of a vehicle that are no trend over its use. Innovations of a
+        level that is held to be constant would then be correlated, and their sums exceed the threshold too often.
+        """
+        usual = np.nanmedian(self.variances[:b], axis=(0, 1)) * self.scale**2
+        known = np.isfinite(self.out.value[:b]) & self._sound_blocks(b)[:, :, None]
+        known[: self.settings.baseline_blocks] = False
+        if known.sum(axis=(0, 1)).min() < MIN_SCORES:
+            return
+        misfits = [self._prediction_misfit(b, share * usual, known) for share in WANDERS]
+        wander = np.array(WANDERS)[np.argmin(misfits, axis=0)] * usual
+        if np.array_equal(wander, self.wander):
+            return
+        self.wander = wander
+        self._restart()
+        self._filter_again(b)
+
+    def _prediction_misfit(self, b: int, wander: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
+        """Mean negative log likelihood [q] of the predictions of the blocks before b, with a robust scale."""
+        levels, limit = self.prior.levels(self.shape[0]), self.settings.max_score
+        spread, score = np.full((b, *self.shape), np.nan), np.full((b, *self.shape), np.nan)
+        for past in range(b):
+            for which, expected in self.relearned[past]:
+                levels = levels.reset(which, expected)
+            levels = levels.wandered(wander)
+            use, value, variance = self.uses[past], self.out.value[past], self.variances[past] * self.scale**2
+            spread[past] = np.sqrt(levels.variance(use) + variance)
+            score[past] = (value - levels.predict(use)) / spread[past]
+            levels = levels.update(use, value, variance, limit)
+        score, spread = np.where(known, score, np.nan), np.where(known, spread, np.nan)
+        scale = MAD * np.nanmedian(np.abs(score), axis=(0, 1))
+        return np.asarray(np.log(np.maximum(scale, 1e-300)) + np.nanmean(np.log(spread), axis=(0, 1)))
+
+    def _sound_blocks(self, b: int) -> NDArray[np.bool_]:
+        """Blocks [b, v] with runs that show what is usual."""
+        sound = np.zeros((b, self.shape[0]), dtype=bool)
+        runs = np.flatnonzero(self.is_sound & (self.block < b))
+        sound[self.block[runs], self.data.vehicle[runs]] = True
+        return sound
 
     def _rescale(self, b: int) -> None:
         """Estimate the scale of the scores of all vehicles so far, robust against those that change."""
@@ -181,7 +237,7 @@ class _Replay:
 
     def _apply_events(self, b: int) -> None:
         """Learn levels anew after maintenance; runs of this block before it do not count."""
-        self._relearn(self._maintained(b))
+        self._relearn(self._maintained(b), b)
         for v, event in self.events[b]:
             early = (self.block == b) & (self.data.vehicle == v) & (self.data.time < event.time)
             self.counts[np.ix_(early, self._resets(event))] = 0.0
@@ -195,12 +251,14 @@ class _Replay:
         for _, is_alarm, v, first in sorted(changes):
             self.is_sound[(vehicle == v) & (block >= first)] = not is_alarm
 
-    def _relearn(self, which: NDArray[np.bool_]) -> None:
-        """Learn some levels [v, q] anew, expected among those of the other vehicles."""
+    def _relearn(self, which: NDArray[np.bool_], b: int) -> None:
+        """Learn some levels [v, q] anew from a block on, expected among those of the other vehicles."""
         if not which.any():
             return
         taught = (self.count >= self.needed) & ~which
-        self.levels = self.levels.reset(which, self.prior.levels_among(self.levels, self.use, taught))
+        expected = self.prior.levels_among(self.levels, self.use, taught)
+        self.levels = self.levels.reset(which, expected)
+        self.relearned[b].append((which, expected))
         self.count = np.where(which, 0, self.count)
         self.needed = np.where(which, self.settings.reset_blocks, self.needed)
 
@@ -272,7 +330,7 @@ class _Replay:
         """Learn the levels of the vehicles with an alarm in this block anew."""
         which = np.zeros(self.shape, dtype=bool)
         which[self.alarmed[b]] = True
-        self._relearn(which)
+        self._relearn(which, b + 1)
 
 
 def _normal_score(t: FloatArray, freedom: FloatArray) -> FloatArray:
