@@ -1,6 +1,6 @@
 """Alarms of a fleet whose every run was simulated, against its planted faults.
 
-python -m tests.fleet.simulate OUT --seed 31 --vehicles 20 --days 364 --every 7 --few
+python -m tests.fleet.simulate OUT --seed 41 --vehicles 60 --days 364 --every 1
 python -m tests.fleet.simulated OUT
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -39,12 +40,10 @@ def table(state: TypeState, faults: Sequence[Fault]) -> list[str]:
     ends = np.array([onset.get(name, np.inf) for name in state.data.vehicles])
     months = float(np.sum(tested & (monitor.start[1:, None] <= ends))) * float(np.diff(monitor.start)[0])
     months /= DAYS_PER_MONTH
-    raised = ", ".join(f"{a.verdict} ({a.name})" for a in false) or "none"
-    return [
-        *lines,
-        "",
-        f"False alarms: {len(false)} in {months:.0f} vehicle-months, {len(false) / months:.3f} per month; {raised}.",
-    ]
+    raised = Counter(f"{a.verdict}, {a.name}" for a in false)
+    most = ", ".join(f"{count} {name}" for name, count in raised.most_common(3)) or "none"
+    counted = f"{len(false)} in {months:.0f} vehicle-months, {len(false) / months:.3f} per month"
+    return [*lines, "", f"False alarms: {counted}; most: {most}."]
 
 
 def main(words: Sequence[str] | None = None) -> None:
