@@ -32,8 +32,8 @@ from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.fleet import FleetPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.panels.track import TrackPanel
-from railui.desk.presenters.choices import find_files
-from railui.desk.services.files import file_kind, load_state, log_traceback
+from railui.desk.presenters.choices import find_documents
+from railui.desk.services.files import OPENED_KINDS, file_kind, load_state, log_traceback
 from railui.desk.services.signals import handle_signals
 from railui.desk.session import DeskSession
 from railui.desk.state.draft import Draft
@@ -163,8 +163,7 @@ class Desk(App[None]):
             self.notify(f"{problem.key}: {problem.message}, {problem.remedy}", severity="warning", timeout=8)
 
     def action_open(self) -> None:
-        directory = Path.cwd()
-        choices = [(str(p), str(p.relative_to(directory))) for p in find_files(directory)]
+        choices = find_documents(Path.cwd(), ("design", *OPENED_KINDS))
         self.push_screen(ChoiceDialog("Open a design, campaign, study or fleet", choices, free=True), self._open_chosen)
 
     def _open_chosen(self, chosen: str | None) -> None:

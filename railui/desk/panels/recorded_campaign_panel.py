@@ -12,7 +12,7 @@ from textual.message import Message
 from railui.api.recorded_campaign import write_recorded_campaign
 from railui.desk.messages import FileOffered, JobDone, ProgressMessage
 from railui.desk.panels.replay_panel import ReplayPanel
-from railui.desk.presenters.choices import find_maps
+from railui.desk.presenters.choices import find_documents
 from railui.desk.presenters.recording_text import ROLES
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.widgets.dialogs import ChoiceDialog, InputDialog
@@ -50,7 +50,7 @@ class RecordedCampaignPanel(ReplayPanel):
         if missing:
             self.notify(f"no recording for {' and '.join(missing)}: e gives the one under the cursor a role")
             return
-        maps = find_maps(Path.cwd())
+        maps = find_documents(Path.cwd(), ("map",))
         if not maps:
             self.notify(NO_MAP, severity="warning")
         self.app.push_screen(ChoiceDialog("Sensor map", maps, free=True), self._ask_directory)

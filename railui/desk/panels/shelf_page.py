@@ -1,4 +1,4 @@
-"""Shelf of designs A to Z: results and differing parameters beside each other, and the difference of any two."""
+"""Shelf of designs A to Z: their results, the parameters in which they differ, and the difference of any two."""
 
 from __future__ import annotations
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
 from railui.io.problems import FileProblems
+from railui.io.schema_line import document_kind
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effects import PlacedEffect, is_curve, kernel_catalogue
 
 DEMO_PORT: Final = "demo"
 MAX_FILES: Final = 400
-HEAD_CHARACTERS: Final = 2000  # of a file, in which its schema is stated
+HEAD_CHARACTERS: Final = 2000  # of a file, in which its kind is stated
+TOP_KEY: Final = re.compile(r"^([a-z_]+):(.*)$", re.MULTILINE)
 MAX_DEPTH: Final = 5  # levels of directories
 SKIPPED_DIRECTORIES: Final = ("target", "node_modules", "__pycache__")
 
@@ -57,7 +60,7 @@ def port_choices() -> list[tuple[str, str]]:
 
 
 def find_files(directory: Path, patterns: Sequence[str] = ("*.yaml", "*.yml")) -> list[Path]:
-    """Find at most MAX_FILES files below a directory, without hidden and build directories."""
+    """Find at most MAX_FILES files below a directory, without links, hidden and build directories."""
     files: list[Path] = []
     queue = [(directory, 0)]
     while queue and len(files) < MAX_FILES:
@@ -72,19 +75,22 @@ def find_files(directory: Path, patterns: Sequence[str] = ("*.yaml", "*.yml")) -
     return files[:MAX_FILES]
 
 
-def find_maps(directory: Path) -> list[tuple[str, str]]:
-    """List the sensor maps below a directory: path, text."""
-    found = []
-    for path in find_files(directory):
-        try:
-            with path.open(encoding="utf-8") as stream:
-                head = stream.read(HEAD_CHARACTERS)
-        except (OSError, UnicodeDecodeError):
-            continue
-        if any(line.startswith("schema: railui.map/") for line in head.splitlines()):
-            found.append((str(path), str(path.relative_to(directory))))
-    return found
+def find_documents(directory: Path, kinds: Sequence[str]) -> list[tuple[str, str]]:
+    """List the files of some kinds below a directory: path, text."""
+    found = [path for path in find_files(directory) if _head_kind(path) in kinds]
+    return [(str(path), str(path.relative_to(directory))) for path in found]
+
+
+def _head_kind(path: Path) -> str | None:
+    """Return the kind of a file by the schema line or the keys in its first lines."""
+    try:
+        with path.open(encoding="utf-8") as stream:
+            head = stream.read(HEAD_CHARACTERS)
+    except (OSError, UnicodeDecodeError):
+        return None
+    return document_kind({key: value.strip() for key, value in TOP_KEY.findall(head)})
 
 
 def _is_searched(entry: Path) -> bool:
-    return entry.is_dir() and not entry.name.startswith(".") and entry.name not in SKIPPED_DIRECTORIES
+    is_hidden = entry.name.startswith(".") or entry.name in SKIPPED_DIRECTORIES
+    return entry.is_dir() and not entry.is_symlink() and not is_hidden

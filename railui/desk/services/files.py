@@ -7,12 +7,14 @@ import os
 import time
 import traceback
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from railui.io.atomic import write_text
 from railui.io.problems import FileProblems
 from railui.io.schema_line import document_kind
 from railui.io.yaml_document import load_yaml as load_yaml
+
+OPENED_KINDS: Final = ("campaign", "study", "fleet")  # besides designs
 
 
 def state_directory() -> Path:
@@ -68,4 +70,4 @@ def file_kind(path: Path) -> str:
         kind = document_kind(load_yaml(path).value)
     except (FileProblems, OSError):
         return "design"
-    return kind if kind in ("campaign", "study", "fleet") else "design"
+    return kind if kind in OPENED_KINDS else "design"
