@@ -71,7 +71,7 @@ def update_fleet(
     from railui.fleet.fleet_file import load_fleet
     from railui.fleet.pools import ThreadPool
     from railui.fleet.run_list import list_runs
-    from railui.fleet.status import assess_fleet, fleet_document
+    from railui.fleet.status import assess_fleet, block_means, fleet_document
     from railui.fleet.store import FleetStore
     from railui.io.atomic import check_directory_writable, write_text
     from railui.report.fleet.loops import run_loops
@@ -97,7 +97,7 @@ def update_fleet(
         body = {"runs": _counts(update), **found}
         document = json_document("fleet", body, [loaded.source], seed)
         write_text(directory / DOCUMENT, json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
-        write_block_means(states, directory / BLOCK_MEANS)
+        write_block_means([block_means(state) for state in states], directory / BLOCK_MEANS)
         write_fleet_page(loaded, document, states, directory / PAGE)
     finally:
         store.close()

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.fleet.status import TypeState, quantity_unit
 from railui.io.atomic import write_bytes
 from railui.io.problems import file_problem
 
@@ -49,34 +48,16 @@ class BlockMeans:
     sd: FloatArray
     largest_sum: FloatArray
 
-    @classmethod
-    def of(cls, state: TypeState) -> BlockMeans:
-        """Return the block means of a monitored vehicle type."""
-        data, monitor = state.data, state.monitor
-        scale = np.array([quantity.scale for quantity in data.quantities])
-        return cls(
-            state.type.name,
-            data.vehicles,
-            tuple(quantity.name for quantity in data.quantities),
-            tuple(quantity_unit(state.type, quantity) for quantity in data.quantities),
-            monitor.start,
-            monitor.value * scale,
-            monitor.expected * scale,
-            monitor.spread * np.abs(scale),
-            monitor.largest_sums(),
-        )
-
     @property
     def middle(self) -> FloatArray:
         """Middle day of each block."""
         return np.asarray(0.5 * (self.start[:-1] + self.start[1:]))
 
 
-def write_block_means(states: Sequence[TypeState], path: Path) -> None:
+def write_block_means(all_means: Sequence[BlockMeans], path: Path) -> None:
     """Write the block means of all vehicle types as a NumPy archive, whose arrays are named TYPE/NAME."""
     arrays: dict[str, NDArray[np.generic]] = {}
-    for state in states:
-        means = BlockMeans.of(state)
+    for means in all_means:
         for field in fields(means)[1:]:
             arrays[f"{means.type}/{field.name}"] = np.asarray(getattr(means, field.name))
     buffer = io.BytesIO()

@@ -11,6 +11,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.fleet.alarm import Alarm, explain_alarm
+from railui.fleet.block_means import BlockMeans
 from railui.fleet.course import Course, arrival
 from railui.fleet.cusum import DAYS_PER_MONTH
 from railui.fleet.fleet_file import Fleet, VehicleType
@@ -71,6 +72,23 @@ def fleet_document(fleet: Fleet, states: list[TypeState], loops: Mapping[str, st
     }
 
 
+def block_means(state: TypeState) -> BlockMeans:
+    """Return the block means of a monitored vehicle type."""
+    data, monitor = state.data, state.monitor
+    scale = np.array([quantity.scale for quantity in data.quantities])
+    return BlockMeans(
+        state.type.name,
+        data.vehicles,
+        tuple(quantity.name for quantity in data.quantities),
+        tuple(_unit(state.type, quantity) for quantity in data.quantities),
+        monitor.start,
+        monitor.value * scale,
+        monitor.expected * scale,
+        monitor.spread * np.abs(scale),
+        monitor.largest_sums(),
+    )
+
+
 def _vehicle_rows(state: TypeState) -> list[dict[str, Any]]:
     data, monitor = state.data, state.monitor
     rows = []
@@ -113,7 +131,7 @@ def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, 
         "change": alarm.change * quantity.scale,
         "change_sd": alarm.change_sd * quantity.scale,
         "relative_change": alarm.change if quantity.kind == PARAMETER else None,
-        "unit": quantity_unit(state.type, quantity),
+        "unit": _unit(state.type, quantity),
         "onset": _onset(course),
         "rate_per_month": None if course is None else course.rate * DAYS_PER_MONTH * quantity.scale,
         "rate_per_month_sd": None if course is None else course.rate_sd * DAYS_PER_MONTH * quantity.scale,
@@ -123,8 +141,7 @@ def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, 
     }
 
 
-def quantity_unit(vehicle_type: VehicleType, quantity: Quantity) -> str:
-    """Return the unit of a quantity in documents."""
+def _unit(vehicle_type: VehicleType, quantity: Quantity) -> str:
     design = vehicle_type.campaign.design
     return design.unit(quantity.name) if quantity.kind == PARAMETER else "1"
 
@@ -200,7 +217,7 @@ def _parameter_rows(state: TypeState) -> list[dict[str, Any]]:
             "quantity": quantity.name,
             "type": state.type.name,
             "kind": quantity.kind,
-            "unit": quantity_unit(state.type, quantity),
+            "unit": _unit(state.type, quantity),
             "mean": quantity.scale * float(model.fixed[0]),
             "mean_sd": quantity.scale * float(model.fixed_sd[0]),
             "vehicle_sd": quantity.scale * math.sqrt(model.level_variance),

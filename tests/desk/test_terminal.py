@@ -85,7 +85,7 @@ def test_a_design_is_edited_and_the_terminal_restored(terminal: Terminal, bogie:
 
 def test_railui_opens_the_desk_on_a_terminal_and_shows_help_without_one(terminal: Terminal, bogie: Path) -> None:
     terminal.open(f"cd {bogie.parent} && {sys.executable} -m railui")
-    terminal.until("Open a design, campaign or study")
+    terminal.until("Open a design, campaign, study or fleet")
     terminal.keys("Enter")
     terminal.until("SATISFACTORY")
     terminal.keys("C-q")

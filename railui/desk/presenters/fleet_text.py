@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from rich.text import Text
 
-from railui.report.fleet.page import alarm_texts, fleet_sentence
+from railui.report.fleet.alarm_texts import alarm_texts, fleet_sentence
 
 NAME_COLUMNS: Final = 20
 

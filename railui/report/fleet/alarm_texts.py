@@ -1,0 +1,42 @@
+"""Texts of a fleet: its state in a sentence, and the numbers of an alarm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from railui.report.numbers import DASH, format_number, format_with_sd
+
+
+def fleet_sentence(document: Mapping[str, Any]) -> str:
+    """Return the state of a fleet in one sentence."""
+    vehicles, alarms = document["vehicles"], document["alarms"]
+    changed = len({row["vehicle"] for row in alarms})
+    sections = sum(bool(row["alarms"]) for row in document["sections"])
+    track = f"; {sections} sections of track have changed" if sections else ""
+    if not changed:
+        return f"No change detected on {len(vehicles)} vehicles{track}."
+    return f"{changed} of {len(vehicles)} vehicles have changed{track}."
+
+
+def alarm_texts(row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the numbers of an alarm as texts, and the alarm itself as `row`."""
+    onset, limit = row["onset"], row["limit"]
+    change = format_with_sd(row["change"], row["change_sd"])
+    relative = "" if row["relative_change"] is None else f" ({100 * row['relative_change']:+.1f} %)"
+    return {
+        "row": row,
+        "change": f"{change} {row['unit'] if row['unit'] != '1' else ''}{relative}",
+        "rate": format_with_sd(row["rate_per_month"], row["rate_per_month_sd"]),
+        "onset": DASH if onset is None else f"{onset['day']} ({onset['low']} to {onset['high']})",
+        "limit": DASH if limit is None else _limit(limit),
+        "explained": f"{100 * row['explained']:.0f} %",
+    }
+
+
+def _limit(limit: Mapping[str, Any]) -> str:
+    what = limit["criterion"] or limit["parameter"]
+    if limit["day"] is None:
+        return f"{what} {format_number(limit['limit'])}: not reached at this rate"
+    high = limit["high"] or "open"
+    return f"{what} {format_number(limit['limit'])}: {limit['day']} ({limit['low']} to {high})"
