@@ -20,6 +20,7 @@ MAX_HEADER_LINES = 200
 SAMPLE_LINES = 400  # from which the layout is recognised
 TYPICAL_RECORDS = 20  # at the end of the sample, which show the kind of each column
 MIN_UNIT_SHARE = 0.7  # of the cells of a line of units
+OTHER_UNITS = frozenset({"°c", "degc", "°f", "k", "db", "ppm"})  # of channels that are not imported
 Kind = Literal["number", "stamp", "text"]
 
 
@@ -213,10 +214,10 @@ def _names_and_units(
 def _are_units(cells: Sequence[str]) -> bool:
     """Return True if a record consists of units, not of names."""
     unit_count = 0
-    for cell in cells:
+    for cell in (cell.strip("[]()") for cell in cells):
         try:
-            parse_unit(cell.strip("[]()") or "1")
+            parse_unit(cell or "1")
             unit_count += 1
         except UnitError:
-            pass
+            unit_count += cell.lower() in OTHER_UNITS
     return unit_count >= MIN_UNIT_SHARE * len(cells)
