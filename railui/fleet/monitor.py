@@ -28,7 +28,8 @@ from railui.fleet.schema import EventModel
 from railui.fleet.section_test import SectionTest
 
 REFIT_GROWTH: Final = 1.3  # of the number of blocks, from one fit of the hierarchical model to the next
-WANDERS: Final = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0)  # of the variance of a block, from a block to the next
+WANDERS: Final = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)  # of the variance of a block, from a block to the next
+BOUND: Final = 3.0  # standard deviations, from which a prediction error counts as this many
 MIN_SCALE: Final = 0.5  # of the scores, over the standard normal distribution
 MIN_SCORES: Final = 30  # from which their scale is estimated
 
@@ -198,8 +199,9 @@ class _Replay:
             score[past] = (value - levels.predict(use)) / spread[past]
             levels = levels.update(use, value, variance, limit)
         score, spread = np.where(known, score, np.nan), np.where(known, spread, np.nan)
-        scale = MAD * np.nanmedian(np.abs(score), axis=(0, 1))
-        return np.asarray(np.log(np.maximum(scale, 1e-300)) + np.nanmean(np.log(spread), axis=(0, 1)))
+        bound = BOUND * MAD * np.nanmedian(np.abs(score), axis=(0, 1))
+        scale = np.nanmean(np.minimum(score**2, bound**2), axis=(0, 1))
+        return np.asarray(0.5 * np.log(np.maximum(scale, 1e-300)) + np.nanmean(np.log(spread), axis=(0, 1)))
 
     def _sound_blocks(self, b: int) -> NDArray[np.bool_]:
         """Blocks [b, v] with runs that show what is usual."""

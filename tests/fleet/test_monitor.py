@@ -53,12 +53,12 @@ def correlation(found: Monitor, quantity: int) -> float:
 def test_scores_of_levels_that_wander_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
     data = drawn(seed=5, wander=0.5 * SD)
     found = monitored(data)
-    assert abs(correlation(found, WANDERING)) < 0.1
+    assert abs(correlation(found, WANDERING)) < 0.15
     assert abs(correlation(found, STEADY)) < 0.1
     monkeypatch.setattr(monitor, "WANDERS", (0.0,))
     constant = monitored(data)
     assert correlation(constant, WANDERING) > 0.3
-    assert len(found.alarms) < 0.6 * len(constant.alarms)
+    assert len(found.alarms) < 0.7 * len(constant.alarms)
 
 
 def test_a_drift_of_one_vehicle_is_found_where_levels_wander() -> None:
