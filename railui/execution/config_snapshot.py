@@ -50,5 +50,5 @@ def check_unchanged(directory: Path, before: Mapping[str, Any], study: Study) ->
     hidden = len(changed) - MAX_DIFFERENCES_SHOWN
     more = f", and {hidden} more" if hidden > 0 else ""
     what = f"was started with another configuration ({'; '.join(shown)}{more})"
-    remedy = f"resume with `railui optimise {directory / 'study.yaml'}`, or choose another directory with -o"
+    remedy = f"resume with `railui optimise {directory / 'study.yaml'}`, or choose another directory (-o)"
     raise file_problem(directory, what, remedy)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.fleet.level_filter import Levels
-from railui.fleet.mixed_model import MixedModel, fit_mixed_model
+from railui.fleet.mixed_model import MixedModel, QuantityRuns, fit_mixed_model
 from railui.fleet.observations import PARAMETER, Observations
 
 ITERATIONS: Final = {False: 20, True: 6}  # of the first fit, and of one that starts from the one before
@@ -122,19 +122,17 @@ def fit_fleet_prior(
     models = []
     for j in range(len(data.quantities)):
         units, unit = np.unique(data.unit[runs, j], return_inverse=True)
-        models.append(
-            fit_mixed_model(
-                data.y[runs, j],
-                data.sd[runs, j],
-                data.covariates[runs] * share[data.vehicle[runs], j, None],
-                data.use[runs, j],
-                unit,
-                numbers,
-                (len(units), len(cells)),
-                previous.models[j] if previous else None,
-                ITERATIONS[previous is not None],
-            )
+        quantity = QuantityRuns(
+            data.y[runs, j],
+            data.sd[runs, j],
+            data.covariates[runs] * share[data.vehicle[runs], j, None],
+            data.use[runs, j],
+            unit,
+            numbers,
+            (len(units), len(cells)),
         )
+        start = previous.models[j] if previous else None
+        models.append(fit_mixed_model(quantity, start, ITERATIONS[previous is not None]))
     return FleetPrior.of_models(models, share)
 
 

@@ -68,31 +68,9 @@ class MixedModel:
     freedom: float
 
 
-def fit_mixed_model(
-    y: FloatArray,
-    sd: FloatArray,
-    covariates: FloatArray,
-    use: FloatArray,
-    vehicle: NDArray[np.int64],
-    cell: NDArray[np.int64],
-    counts: tuple[int, int],
-    start: MixedModel | None = None,
-    iterations: int = 12,
-) -> MixedModel:
-    """Fit a quantity of n runs.
-
-    Parameters
-    ----------
-    y, sd, use : array [n]
-    covariates : array [n, 2]
-    vehicle, cell : array [n]
-    counts
-        Numbers of vehicles and of cells.
-    start
-        Variances to start from.
-    """
-    runs = _Runs(y, sd, covariates, use, vehicle, cell, counts)
-    variances, robust = runs.first_variances(start), np.ones(len(y))
+def fit_mixed_model(runs: QuantityRuns, start: MixedModel | None = None, iterations: int = 12) -> MixedModel:
+    """Fit a quantity of n runs, from the variances of an earlier fit if there is one."""
+    variances, robust = runs.first_variances(start), np.ones(len(runs.y))
     for _ in range(iterations):
         solution = runs.solve(variances, robust)
         robust = np.minimum(1.0, HUBER / np.maximum(solution.size, 1e-12))
@@ -140,8 +118,17 @@ class _Solution:
     size: FloatArray
 
 
-class _Runs:
-    """Runs of a quantity with their mixed-model equations."""
+class QuantityRuns:
+    """Runs of a quantity with their mixed-model equations.
+
+    Parameters
+    ----------
+    y, sd, use : array [n]
+    covariates : array [n, 2]
+    vehicle, cell : array [n]
+    counts
+        Numbers of vehicles and of cells.
+    """
 
     def __init__(
         self,

@@ -22,16 +22,13 @@ from railui.fleet.cusum import DAYS_PER_MONTH, step, threshold_of_rate
 from railui.fleet.fleet_prior import FleetPrior, fit_fleet_prior
 from railui.fleet.history import Crossing, Monitor
 from railui.fleet.level_filter import Levels
+from railui.fleet.level_wander import FilteredBlocks, choose_wander
 from railui.fleet.mixed_model import MAD
 from railui.fleet.observations import Observations, is_reset
 from railui.fleet.schema import EventModel
 from railui.fleet.section_test import SectionTest
 
 REFIT_GROWTH: Final = 1.3  # of the number of blocks, from one fit of the hierarchical model to the next
-WANDERS: Final = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)  # of the variance of a block, from a block to the next
-BOUND: Final = 3.0  # standard deviations, from which a prediction error counts as this many
-MIN_SCALE: Final = 0.5  # of the scores, over the standard normal distribution
-MIN_SCORES: Final = 30  # from which their scale is estimated
 
 
 def monitor_fleet(
@@ -92,12 +89,11 @@ class _Replay:
         blocks = len(out.start) - 1
         out.levels = [None] * blocks  # type: ignore[list-item]
         self._fit(min(settings.baseline_blocks, blocks))
-        self._restart()
+        self._filter_again(0)
         for b in range(blocks):
             if b >= self.next_fit:
                 self.next_fit = max(b + 1, round(REFIT_GROWTH * b))
                 self._fit(b)
-                self._restart()
                 self._filter_again(b)
                 self._learn_wander(b)
                 self._rescale(b)
@@ -112,15 +108,9 @@ class _Replay:
         return out
 
     def _filter_again(self, b: int) -> None:
-        """Filter all blocks before a block, without tests."""
-        for past in range(b):
-            self._advance(past)
-            self._learn_alarmed(past)
+        """Filter all blocks before a block, without tests, from the levels that follow from the present prior.
 
-    def _restart(self) -> None:
-        """Go back to the first block, whose levels follow from the present prior.
-
-        Levels, control and slopes belong together: after a fit all blocks are filtered again, without tests.
+        Levels, control and slopes belong together, so that this follows every fit.
         """
         self.levels = self.prior.levels(self.shape[0])
         self.count[:] = 0
@@ -129,6 +119,9 @@ class _Replay:
         self.use[:] = 0.0
         for relearned in self.relearned:
             relearned.clear()
+        for past in range(b):
+            self._advance(past)
+            self._learn_alarmed(past)
 
     def _advance(self, b: int) -> NDArray[np.bool_]:
         """Predict a block and learn from it; return what the tests may use [v, q]."""
@@ -168,40 +161,16 @@ class _Replay:
         self.out.models = self.prior.models
 
     def _learn_wander(self, b: int) -> None:
-        """Choose how far the levels of sound vehicles wander, by the likelihood of their predictions so far.
-
-        The mean of many runs of a block shows changes of a vehicle that are no trend over its use. Innovations of a
-        level that is held to be constant would then be correlated, and their sums exceed the threshold too often.
-        """
-        usual = np.nanmedian(self.variances[:b], axis=(0, 1)) * self.scale**2
+        """Choose how far the levels of sound vehicles wander, and filter again if that has changed."""
         known = np.isfinite(self.out.value[:b]) & self._sound_blocks(b)[:, :, None]
         known[: self.settings.baseline_blocks] = False
-        if known.sum(axis=(0, 1)).min() < MIN_SCORES:
-            return
-        misfits = [self._prediction_misfit(b, share * usual, known) for share in WANDERS]
-        wander = np.array(WANDERS)[np.argmin(misfits, axis=0)] * usual
-        if np.array_equal(wander, self.wander):
+        start, variance = self.prior.levels(self.shape[0]), self.variances[:b] * self.scale**2
+        blocks = FilteredBlocks(start, self.uses[:b], self.out.value[:b], variance, self.relearned, known)
+        wander = choose_wander(blocks, self.settings)
+        if wander is None or np.array_equal(wander, self.wander):
             return
         self.wander = wander
-        self._restart()
         self._filter_again(b)
-
-    def _prediction_misfit(self, b: int, wander: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
-        """Mean negative log likelihood [q] of the predictions of the blocks before b, with a robust scale."""
-        levels, limit = self.prior.levels(self.shape[0]), self.settings.max_score
-        spread, score = np.full((b, *self.shape), np.nan), np.full((b, *self.shape), np.nan)
-        for past in range(b):
-            for which, expected in self.relearned[past]:
-                levels = levels.reset(which, expected)
-            levels = levels.wandered(wander)
-            use, value, variance = self.uses[past], self.out.value[past], self.variances[past] * self.scale**2
-            spread[past] = np.sqrt(levels.variance(use) + variance)
-            score[past] = (value - levels.predict(use)) / spread[past]
-            levels = levels.update(use, value, variance, limit)
-        score, spread = np.where(known, score, np.nan), np.where(known, spread, np.nan)
-        bound = BOUND * MAD * np.nanmedian(np.abs(score), axis=(0, 1))
-        scale = np.nanmean(np.minimum(score**2, bound**2), axis=(0, 1))
-        return np.asarray(0.5 * np.log(np.maximum(scale, 1e-300)) + np.nanmean(np.log(spread), axis=(0, 1)))
 
     def _sound_blocks(self, b: int) -> NDArray[np.bool_]:
         """Blocks [b, v] with runs that show what is usual."""
@@ -215,8 +184,9 @@ class _Replay:
         z = self.raw[min(2, b) : b].reshape(-1, self.shape[1])
         for j in range(self.shape[1]):
             known = z[np.isfinite(z[:, j]), j]
-            if len(known) >= MIN_SCORES:
-                self.scale[j] = max(MAD * float(np.median(np.abs(known - np.median(known)))), MIN_SCALE)
+            if len(known) >= self.settings.min_scores:
+                scatter = MAD * float(np.median(np.abs(known - np.median(known))))
+                self.scale[j] = max(scatter, self.settings.least_scale)
 
     def _maintained(self, b: int) -> NDArray[np.bool_]:
         """Quantities [v, q] that maintenance has changed in this block or between it and the one before."""

@@ -16,6 +16,7 @@ from railui.desk.app import Desk
 
 REPOSITORY = Path(__file__).parents[2]
 SHORT_RUN = 15.0  # s
+STIFFNESS = "vehicle.primary.lateral_stiffness"
 IDLE_ROUNDS = 4  # rounds without work after which no message is pending
 
 
@@ -61,8 +62,12 @@ OpenDesk = Callable[..., AbstractAsyncContextManager[Keyboard]]
 
 @pytest.fixture
 def open_desk(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> OpenDesk:
-    """Return a function that opens a desk: `async with open_desk(path, size=(120, 40)) as keys`."""
+    """Return a function that opens a desk in an empty directory.
+
+    `async with open_desk(path, size=(120, 40)) as keys: ...`
+    """
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
 
     @asynccontextmanager
     async def desk(
@@ -81,6 +86,20 @@ def open_desk(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> OpenDesk:
 def bogie(tmp_path: Path) -> Path:
     """Copy of a design that a test may change."""
     return Path(shutil.copy(REPOSITORY / "designs/test_bogie.yaml", tmp_path))
+
+
+@pytest.fixture
+def study(bogie: Path) -> Path:
+    """Small study of a bogie in the same directory."""
+    path = bogie.with_name("springs.yaml")
+    path.write_text(
+        "schema: railui.study/1\nvehicle: test_bogie.yaml\n"
+        f"variables: {{{STIFFNESS}: [1 MN/m, 8 MN/m], vehicle.secondary.lateral_damping: [10 kN*s/m, 90 kN*s/m]}}\n"
+        "cases: {track: [erri_b176_low length=300], speed: [40 m/s], seed: [1], scenario: [{}]}\n"
+        "objectives: [{minimise: weighted_acceleration, over: mean}, {maximise: flange_margin, over: worst}]\n"
+        "method: {kind: nsga2, population: 16, generations: 4, seed: 1}\n"
+    )
+    return path
 
 
 @pytest.fixture

@@ -19,21 +19,7 @@ from railui.vehicle.design_reader import load_design
 from tests.desk.conftest import Keyboard, OpenDesk
 
 pytestmark = pytest.mark.asyncio
-MASS, STIFFNESS = "vehicle.frame.mass", "vehicle.primary.lateral_stiffness"
-
-
-@pytest.fixture
-def study(bogie: Path) -> Path:
-    """Small study of a bogie beside it."""
-    path = bogie.with_name("springs.yaml")
-    path.write_text(
-        "schema: railui.study/1\nvehicle: test_bogie.yaml\n"
-        f"variables: {{{STIFFNESS}: [1 MN/m, 8 MN/m]}}\n"
-        "cases: {track: [erri_b176_low length=200], speed: [40 m/s], seed: [1], scenario: [{}]}\n"
-        "objectives: [{minimise: weighted_acceleration, over: mean}, {maximise: flange_margin, over: mean}]\n"
-        "method: {kind: nsga2, population: 8, generations: 2, seed: 1}\n"
-    )
-    return path
+MASS = "vehicle.frame.mass"
 
 
 async def click_footer(keys: Keyboard, name: str) -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from railui.campaign.settings.fleet import FleetSettings
-from railui.fleet import monitor
+from railui.fleet import level_wander
 from railui.fleet.history import Monitor
+from railui.fleet.monitor import monitor_fleet
 from railui.fleet.observations import ERROR, Observations, Quantity
 
 VEHICLES, BLOCKS, SD = 20, 60, 0.1
@@ -41,7 +42,7 @@ def drawn(seed: int, wander: float, ramp: float = 0.0) -> Observations:
 
 
 def monitored(data: Observations) -> Monitor:
-    return monitor.monitor_fleet(data, FleetSettings(block_days=7.0))
+    return monitor_fleet(data, FleetSettings(block_days=7.0))
 
 
 def correlation(found: Monitor, quantity: int) -> float:
@@ -55,7 +56,7 @@ def test_scores_of_levels_that_wander_are_independent(monkeypatch: pytest.Monkey
     found = monitored(data)
     assert abs(correlation(found, WANDERING)) < 0.15
     assert abs(correlation(found, STEADY)) < 0.1
-    monkeypatch.setattr(monitor, "WANDERS", (0.0,))
+    monkeypatch.setattr(level_wander, "WANDERS", (0.0,))
     constant = monitored(data)
     assert correlation(constant, WANDERING) > 0.3
     assert len(found.alarms) < 0.7 * len(constant.alarms)

@@ -8,7 +8,7 @@ import pytest
 from railui.fleet.control import common_deviation
 from railui.fleet.course import arrival, fit_course
 from railui.fleet.level_filter import Levels
-from railui.fleet.mixed_model import fit_mixed_model
+from railui.fleet.mixed_model import QuantityRuns, fit_mixed_model
 
 
 def test_the_mixed_model_separates_temperature_trend_vehicles_and_sections() -> None:
@@ -23,9 +23,8 @@ def test_the_mixed_model_separates_temperature_trend_vehicles_and_sections() -> 
     level, common = 0.05 * rng.standard_normal(vehicles), 0.03 * rng.standard_normal(cell.max() + 1)
     y = 1.0 - 0.004 * degrees[:, 0] + 0.1 * covariates[:, 1] + 0.2 * use + level[vehicle] + common[cell]
     y += 0.02 * rng.standard_normal(len(y))
-    found = fit_mixed_model(
-        y, np.full(len(y), 0.02), covariates, use, vehicle, cell, (vehicles, len(common)), iterations=20
-    )
+    runs = QuantityRuns(y, np.full(len(y), 0.02), covariates, use, vehicle, cell, (vehicles, len(common)))
+    found = fit_mixed_model(runs, iterations=20)
     assert np.abs(found.fixed - [1.0, -0.004, 0.1, 0.2]) == pytest.approx(0.0, abs=4.0 * found.fixed_sd.max())
     assert found.variance == pytest.approx(1.0, rel=0.2)
     assert np.sqrt(found.level_variance) == pytest.approx(0.05, rel=0.4)

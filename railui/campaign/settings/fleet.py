@@ -52,6 +52,22 @@ class FleetSettings:
         minimum=1.0,
         meaning="Largest score of a block that the CUSUM adds, so that no single block raises an alarm.",
     )
+    min_scores: int = setting(
+        30,
+        minimum=2,
+        meaning="Scores of a quantity from which their scale and the random walk of its level are learnt.",
+    )
+    least_scale: float = setting(
+        0.5,
+        minimum=1e-3,
+        meaning="Least scale of the scores of a quantity, relative to the standard normal distribution.",
+    )
+    error_bound: float = setting(
+        3.0,
+        minimum=1.0,
+        meaning="Largest prediction error, in robust standard deviations, that the likelihood of a random walk counts.",
+        provenance="conventional: P. J. Huber, Robust Statistics (1981)",
+    )
     min_sisters: int = setting(
         3, minimum=1, meaning="Other vehicles on the same section in the same block from which their mean is a control."
     )

@@ -16,24 +16,9 @@ from railui.desk.widgets.form import Form
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.table import Table
 from railui.execution.session import status
-from tests.desk.conftest import OpenDesk
+from tests.desk.conftest import STIFFNESS, OpenDesk
 
 pytestmark = pytest.mark.asyncio
-STIFFNESS = "vehicle.primary.lateral_stiffness"
-
-
-@pytest.fixture
-def study(bogie: Path) -> Path:
-    """Small study."""
-    path = bogie.with_name("springs.yaml")
-    path.write_text(
-        "vehicle: test_bogie.yaml\n"
-        f"variables: {{{STIFFNESS}: [1 MN/m, 8 MN/m], vehicle.secondary.lateral_damping: [10 kN*s/m, 90 kN*s/m]}}\n"
-        "cases: {track: [erri_b176_low length=300], speed: [40 m/s], seed: [1], scenario: [{}]}\n"
-        "objectives: [{minimise: weighted_acceleration, over: mean}, {maximise: flange_margin, over: worst}]\n"
-        "method: {kind: nsga2, population: 16, generations: 4, seed: 1}\n"
-    )
-    return path
 
 
 async def test_a_study_is_searched_and_a_design_taken_within_four_keys(open_desk: OpenDesk, study: Path) -> None:
@@ -64,7 +49,7 @@ async def test_a_stopped_search_is_resumed(open_desk: OpenDesk, study: Path) -> 
     async with open_desk(study) as keys:
         panel = keys.desk.query_one(OptimisePanel)
         assert panel.plan is not None
-        panel.set_plan(replace(panel.plan, generations=16))
+        panel.set_plan(replace(panel.plan, generations=40, track="erri_b176_low length=1500"))
         await keys.pilot.press("s")
         await keys.wait_until(lambda: len(panel.generations) >= 2)
         await keys.pilot.press("k")
@@ -75,7 +60,7 @@ async def test_a_stopped_search_is_resumed(open_desk: OpenDesk, study: Path) -> 
         first = panel.generations[0].objectives
         await keys.press("s")
         await keys.wait_until(lambda: panel.result is not None)
-        assert len(panel.generations) == 16 and (panel.generations[0].objectives == first).all()
+        assert len(panel.generations) == 40 and (panel.generations[0].objectives == first).all()
 
 
 async def test_the_default_plan_varies_the_design_in_the_form(open_desk: OpenDesk, bogie: Path) -> None:
