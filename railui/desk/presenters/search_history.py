@@ -51,13 +51,23 @@ class SearchHistory:
         self.plan = plan
         self.generations: list[GenerationSummary] = []
         self.result: dict[str, Any] | None = None
+        self._on_front = np.zeros(0, dtype=np.intp)  # feasible designs that no other dominates
+        self._feasible_count = 0
 
     def add(self, generation: GenerationSummary) -> bool:
         """Add a generation; return False if it contains no new evaluations."""
         if self.generations and generation.evaluations <= self.generations[-1].evaluations:
             return False
-        self.generations.append(generation)
+        self.append(generation)
         return True
+
+    def append(self, generation: GenerationSummary) -> None:
+        """Append a generation; its designs are compared with the front only, which dominates all others."""
+        self.generations.append(generation)
+        count = self._feasible_count + int(generation.is_feasible.sum())
+        candidates = np.concatenate([self._on_front, np.arange(self._feasible_count, count)])
+        costs = self.feasible_objectives()[candidates] * self.objective_signs
+        self._on_front, self._feasible_count = candidates[nondominated(costs)], count
 
     @property
     def completed(self) -> float:
@@ -93,11 +103,8 @@ class SearchHistory:
 
     def _front_order(self) -> NDArray[np.intp]:
         """Return the numbers of the feasible designs on the front, ordered by the first objective."""
-        costs = self.feasible_objectives() * self.objective_signs
-        if not len(costs):
-            return np.zeros(0, dtype=np.intp)
-        on_front = np.flatnonzero(nondominated(costs))
-        return on_front[np.argsort(costs[on_front, 0], kind="stable")]
+        costs = self.feasible_objectives()[self._on_front, 0] * self.objective_signs[0]
+        return self._on_front[np.argsort(costs, kind="stable")]
 
     def feasible_designs(self) -> FloatArray:
         """Return all feasible designs so far [n, variable]."""
@@ -164,7 +171,7 @@ def restore_search(plan: Plan, content: Mapping[str, Any]) -> SearchHistory:
         limited = _number_rows([row.get("baseline_constraints", unknown)], len(unknown))[0]
         counts = int(row["evaluations"]), int(row["failed"]), str(row["activity"])
         summary = GenerationSummary(x, objectives, constraints, feasible, *counts, baseline, limited)
-        history.generations.append(summary)
+        history.append(summary)
     history.result = content["result"]
     return history
 
