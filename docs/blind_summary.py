@@ -19,7 +19,11 @@ BOGIE = (
     ("outside the library: verdict `outside`", "outside the library: said so", 100),
     ("outside the library: its location, of those with the verdict `outside`", "of these: right location", 100),
     ("outside the library: an effect of the library named instead", "outside the library: wrong effect named", 0),
-    ("detected at the minimum detectable effect (nominal power 90 %)", "effect of the minimum detectable size: found", 90),
+    (
+        "detected at the minimum detectable effect (nominal power 90 %)",
+        "effect of the minimum detectable size: found",
+        90,
+    ),
     ("90 % intervals with the true value: all parameters", "90 % intervals that contain the true value", 90),
     ("data fault diagnosed in sound data", "data fault diagnosed in sound data", 0),
 )
@@ -54,7 +58,9 @@ def outcomes(text: str, names: Sequence[tuple[str, str, int]]) -> list[Outcome]:
 def summary() -> list[Outcome]:
     """Return the outcomes of the trial of bogies, then of that of coaches."""
     text = (DOCS / "blind_trials.md").read_text("utf-8")
-    bogies, coaches = (text.partition(f"<!-- {name} -->")[2].partition("<!-- end of")[0] for name in ("trial", "coaches"))
+    bogies, coaches = (
+        text.partition(f"<!-- {name} -->")[2].partition("<!-- end of")[0] for name in ("trial", "coaches")
+    )
     return [*outcomes(bogies, BOGIE), *outcomes(coaches, COACH)]
 
 

@@ -56,7 +56,9 @@ def reduced(used: dict[str, set[str]]) -> dict[str, set[str]]:
 
 def edges() -> str:
     """Return the drawn imports as text, which the picture carries."""
-    return "; ".join(f"{name}: {' '.join(sorted(below))}" for name, below in sorted(reduced(imports()).items()) if below)
+    return "; ".join(
+        f"{name}: {' '.join(sorted(below))}" for name, below in sorted(reduced(imports()).items()) if below
+    )
 
 
 def draw() -> Figure:

@@ -110,7 +110,7 @@ def _choices(path: str) -> str:
 
 def _runs() -> Iterator[str]:
     yield "\n## Run\n\nCSV, also `.gz`, a row per sample, header `name [unit]`; decimal comma and semicolon are recognised. `t`, `v`, "
-    yield "`yw` and one response are required; `loop` needs more to separate effects. A gap, an empty or stuck cell ends a segment; segments shorter than 10 s are not used. Rows "
+    yield "`yw` and one response are required; `phiw` counts as zero without its column, and the motion that cross-level causes then remains unexplained. A gap, an empty or stuck cell ends a segment; segments shorter than 10 s are not used. Rows "
     yield "out of order, repeated time stamps and uneven intervals are errors with their line; so are speeds above 120 m/s and lateral "
     yield "motions of more than 0.2 m rms, which are usually km/h and mm without their unit.\n\n"
     yield table(("column", "unit", "role", "meaning", "in nrmse"), [

@@ -90,7 +90,7 @@ def _show(call: Invocation, result: LoopResult, report: Mapping[str, Any]) -> No
     """Print the parameters, their identifiability, the errors and the further analyses."""
     from railui.cli.identification_tables import coefficients_table, parameters_table, profiles_note, sections_table
     from railui.io.number_format import format_quantity
-    from railui.report.loop.notes import unstated_track_noise_notes
+    from railui.report.loop.notes import absent_cross_level_notes, unstated_track_noise_notes
 
     call.show(parameters_table(report, list(report["parameters"])))
     if report["profiles"]:
@@ -99,7 +99,7 @@ def _show(call: Invocation, result: LoopResult, report: Mapping[str, Any]) -> No
         call.show(sentence)
     nominal, calibrated, floor = (format_fixed(report[key]["nrmse"]) for key in ("declared", "after", "floor"))
     call.show(f"NRMSE on the validation runs: nominal {nominal}, calibrated {calibrated}, noise floor {floor}")
-    for note in unstated_track_noise_notes(result.dataset):
+    for note in [*absent_cross_level_notes(result.dataset), *unstated_track_noise_notes(result.dataset)]:
         call.show(note)
     if "coefficients" in report:
         call.show(coefficients_table(report["coefficients"]))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from railui.campaign.dataset import Dataset
 from railui.campaign.segment import TRACK_COLUMNS
 from railui.identification.estimation.multiple_shooting import windowed_files
@@ -36,6 +38,7 @@ def report_notes(result: LoopResult) -> list[str]:
     return [
         *notes,
         *noise_notes(result.context.noise),
+        *absent_cross_level_notes(result.dataset),
         *track_noise_notes(result),
         *unstructured_residual_notes(result),
     ]
@@ -76,9 +79,21 @@ def track_noise_notes(result: LoopResult) -> list[str]:
     ]
 
 
+def absent_cross_level_notes(dataset: Dataset) -> list[str]:
+    """Return a warning where runs over an irregular track have no cross-level, which excites the vehicle too."""
+    files = {s.file for s in dataset.segments if not s.is_rig and not s.is_free and not np.any(s.columns.get("phiw"))}
+    if not files:
+        return []
+    runs = "the runs" if files == {s.file for s in dataset.segments} else ", ".join(sorted(files))
+    return [
+        f"no cross-level (phiw) in {runs}: taken as zero. The motion that cross-level causes then counts as that of an "
+        "effect or remains in the residual; record it, unless the track has none"
+    ]
+
+
 def unstated_track_noise_notes(dataset: Dataset) -> list[str]:
     """Return a warning where the noise of a track column is neither stated nor determined: it counts as zero."""
-    recorded = {name for segment in dataset.segments for name in segment.columns}
+    recorded = {name for segment in dataset.segments for name, x in segment.columns.items() if np.any(x)}
     known = {**dataset.campaign.noise, **dataset.noise}
     missing = [name for name in TRACK_COLUMNS if name in recorded and name not in known]
     if not missing:

@@ -44,7 +44,7 @@ def schematic_of_report(
         The loop report (loop.json).
     """
     found = [_reported(effect) for effect in report["effects"]]
-    if report["outside"]:
+    if report["outside"] and report["outside"]["at"]:
         found.append(Highlight(report["outside"]["at"], report["outside"]["wheelset"], "discrepancy"))
     page = draw_schematic(design, tuple(columns), found, lateral_positions(campaign))
     text = "; ".join(highlight.text for highlight in found)

@@ -6,17 +6,19 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.noise.model import ColumnNoise, NoiseModel
 from railui.campaign.noise.spectrum import NoiseSpectrum
+from railui.campaign.segment import Segment
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import calibrate_only
 from railui.identification.result import LoopResult
 from railui.report.loop.noise import noise_notes
-from railui.report.loop.notes import unstated_track_noise_notes, unstructured_residual_notes
+from railui.report.loop.notes import absent_cross_level_notes, unstated_track_noise_notes, unstructured_residual_notes
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import effect
 
@@ -56,11 +58,37 @@ def test_a_residual_of_the_validation_runs_alone_is_attributed_to_a_changing_veh
     [({"ay1": 0.05}, "yw, gauge"), ({"yw": 2e-5}, "gauge"), ({"yw": 2e-5, "gauge": 0.0}, None)],
 )
 def test_unstated_noise_of_the_track_columns_is_a_warning(stated: dict[str, float], named: str | None) -> None:
-    segment = SimpleNamespace(columns=dict.fromkeys(("t", "yw", "gauge", "ay1")))
+    columns = {"t": np.arange(3.0), "yw": np.ones(3), "phiw": np.zeros(3), "gauge": np.ones(3), "ay1": np.ones(3)}
+    segment = SimpleNamespace(columns=columns)
     dataset = SimpleNamespace(campaign=SimpleNamespace(noise=stated), segments=(segment,), noise={})
     notes = unstated_track_noise_notes(cast(Dataset, dataset))
     start = [f"no noise stated for {named}, and the channels do not determine it"] if named else []
     assert [note.split(":")[0] for note in notes] == start
+
+
+@pytest.mark.parametrize(
+    ("recorded", "named"),
+    [(("yw",), "run_1.csv"), (("yw", "phiw"), None), ((), None)],
+)
+def test_a_run_without_cross_level_is_a_warning(recorded: tuple[str, ...], named: str | None) -> None:
+    """A free decay has none either, but no irregularity at all."""
+    with_both = segment("run_0.csv", "yw", "phiw")
+    notes = absent_cross_level_notes(
+        cast(Dataset, SimpleNamespace(segments=(with_both, segment("run_1.csv", *recorded))))
+    )
+    assert [note.split(":")[0] for note in notes] == ([f"no cross-level (phiw) in {named}"] if named else [])
+
+
+def test_runs_that_all_lack_cross_level_have_one_warning() -> None:
+    segments = (segment("run_0.csv", "yw"), segment("run_1.csv", "yw"))
+    (note,) = absent_cross_level_notes(cast(Dataset, SimpleNamespace(segments=segments)))
+    assert note.startswith("no cross-level (phiw) in the runs: taken as zero.")
+
+
+def segment(file: str, *recorded: str) -> Segment:
+    """Return a segment of which only these track columns are not zero."""
+    columns = {name: np.full(3, float(name in (*recorded, "ay1"))) for name in ("t", "yw", "phiw", "gauge", "ay1")}
+    return Segment(file, "adjust", 0, columns, 0.01)
 
 
 def test_a_fading_damper_leaves_its_error_on_the_run_at_another_speed(tmp_path: Path) -> None:
@@ -83,6 +111,6 @@ def test_noise_that_the_data_contradict_is_a_note_with_its_ratio() -> None:
 
 
 def test_noise_that_the_channels_determine_needs_no_statement() -> None:
-    segment = SimpleNamespace(columns={"yw": 0, "e1": 0})
+    segment = SimpleNamespace(columns={"yw": np.ones(3), "e1": np.ones(3)})
     dataset = SimpleNamespace(campaign=SimpleNamespace(noise={}), segments=(segment,), noise={"yw": 2e-5})
     assert unstated_track_noise_notes(cast(Dataset, dataset)) == []

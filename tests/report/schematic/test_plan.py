@@ -17,7 +17,7 @@ from railui.report.schematic.highlights import Highlight
 from railui.report.schematic.labels import GAP, Label, place_labels
 from railui.report.schematic.places import Places, joint_key
 from railui.report.schematic.plan import draw_schematic
-from railui.report.schematic.subjects import schematic_of_campaign, schematic_of_design
+from railui.report.schematic.subjects import schematic_of_campaign, schematic_of_design, schematic_of_report
 from railui.runs.run import load_run
 from railui.vehicle.design import Design
 from railui.vehicle.design_reader import load_design, parse_design
@@ -157,6 +157,15 @@ def test_an_effect_without_a_place_is_only_described() -> None:
     assert keys(svg, "halo") == [] and texts(svg, "effect") == []
     description = ElementTree.fromstring(svg).find(f"{SVG}desc")
     assert description is not None and "gain of <ay1>" in str(description.text)
+
+
+@pytest.mark.parametrize(("at", "expected"), [(None, False), ("secondary_yaw", True)])
+def test_only_a_located_discrepancy_is_highlighted(at: str | None, expected: bool) -> None:
+    """A discrepancy on a single channel, or one whose locations cannot be separated, has no location."""
+    campaign = load_campaign(BOGIE_CAMPAIGN)
+    report = {"effects": [], "outside": {"at": at, "wheelset": None}}
+    picture = schematic_of_report(campaign.design, campaign, ["t", "v", "yw", "ayf"], report)
+    assert ("highlighted: discrepancy" in picture.alt) == expected
 
 
 def test_a_picture_has_a_title_and_stands_alone() -> None:
