@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -26,7 +26,8 @@ PAGES: Final = {
 }
 GAP: Final = 2  # columns between two names
 KEYS: Final = " [ ] "  # that change the page
-SHORT: Final = 4  # letters of a name where there is little room
+BEFORE: Final = "‹"  # stands for the pages before those named
+AFTER: Final = "›"
 
 
 class ResultPage(Vertical):
@@ -85,19 +86,18 @@ class ResultTabs(Static):
     def on_mount(self) -> None:
         self.show(self.page)
 
-    @property
-    def _cells(self) -> list[tuple[str, str]]:
-        """Name and shown title of each page: with blanks around it, bare, or short, as there is room."""
+    def cells(self) -> list[tuple[str, str]]:
+        """Return name and shown title of each page, or of as many around the page shown as there is room for."""
         room = self.content_size.width or 1000
-        rows = []
-        for pad, letters in ((" ", 100), ("", 100), ("", SHORT)):
-            rows = [
-                (name, f"{pad}{title if name == self.page else title[:letters]}{pad}")
-                for name, title in self.pages.items()
-            ]
-            if sum(len(title) + GAP - 1 for _, title in rows) <= room:
-                break
-        return rows
+        padded = [(name, f" {title} ") for name, title in self.pages.items()]
+        if _columns(padded) <= room:
+            return padded
+        names = list(self.pages)
+        bare = list(self.pages.items())
+        first = last = names.index(self.page)
+        while (wider := _next_range(first, last, len(names))) and _columns(_part(bare, *wider)) <= room:
+            first, last = wider
+        return _part(bare, first, last)
 
     def on_resize(self) -> None:
         self.show(self.page, self.status)
@@ -106,7 +106,7 @@ class ResultTabs(Static):
         """Mark the page that is shown."""
         self.page, self.status = page, status
         text = Text(no_wrap=True, overflow="ellipsis")
-        for name, title in self._cells:
+        for name, title in self.cells():
             text.append(title, "bold reverse" if name == page else "")
             text.append(" " * (GAP - 1))
         if text.cell_len + len(KEYS) <= (self.content_size.width or 1000):
@@ -116,8 +116,27 @@ class ResultTabs(Static):
 
     def on_click(self, event: Click) -> None:
         start = 0
-        for name, title in self._cells:
+        for name, title in self.cells():
             end = start + len(title) + GAP - 1
             if start <= event.x < end:
                 self.post_message(self.Chosen(name))
             start = end
+
+
+def _columns(cells: Sequence[tuple[str, str]]) -> int:
+    """Return the columns of titles with the gaps between them."""
+    return sum(len(title) + GAP - 1 for _, title in cells)
+
+
+def _next_range(first: int, last: int, count: int) -> tuple[int, int] | None:
+    """Return a range with one page more, behind it while there is one; None if all are in it."""
+    if last + 1 < count:
+        return first, last + 1
+    return (first - 1, last) if first else None
+
+
+def _part(cells: Sequence[tuple[str, str]], first: int, last: int) -> list[tuple[str, str]]:
+    """Return the cells of a range, with a mark that leads to the next page on each side where there is one."""
+    before = [(cells[first - 1][0], BEFORE)] if first else []
+    after = [(cells[last + 1][0], AFTER)] if last + 1 < len(cells) else []
+    return [*before, *cells[first : last + 1], *after]

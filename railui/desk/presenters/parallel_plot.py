@@ -9,12 +9,8 @@ import numpy as np
 
 from railui.desk.presenters.front_columns import FrontColumn
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.plot_data import LimitLine, Line, Mark, PlotData
+from railui.desk.widgets.plot_data import LimitLine, Line, PlotData
 
-MAX_NAME: Final = 9  # columns of the name of an axis
-MAX_LETTERS: Final = 4  # of a word of it
-NAME_HEIGHTS: Final = (1.3, 1.15)  # of the names of even and odd axes, above the largest value
-NAMES_TOP: Final = 1.4
 MAX_LINES: Final = 60
 
 
@@ -40,16 +36,10 @@ def parallel_plot(columns: Sequence[FrontColumn], rows: Sequence[int], index: in
     if index < len(scaled):
         lines.append(Line(x, scaled[index], f"design {index + 1}", "series3"))
     limits = [LimitLine(float(k), is_vertical=True, role="base") for k in range(len(columns))]
-    marks = [_name_mark(k, column) for k, column in enumerate(columns)]
-    horizontal = Axis("", low=-0.1, high=len(columns) - 0.55)
-    vertical = Axis("smallest (0) to largest (1)", low=-0.05, high=NAMES_TOP)
-    return PlotData(horizontal, vertical, lines, limits, marks)
-
-
-def _name_mark(number: int, column: FrontColumn) -> Mark:
-    """Return the name of an axis above it, in two rows alternately."""
-    name = column.symbol or " ".join(word[:MAX_LETTERS] for word in column.name.split())
-    return Mark(float(number), NAME_HEIGHTS[number % 2], "|", name[:MAX_NAME], "other")
+    names = tuple(column.symbol or column.name for column in columns)
+    horizontal = Axis("", low=-0.5, high=len(columns) - 0.5, categories=names)
+    vertical = Axis("smallest (0) to largest (1)", low=-0.05, high=1.05)
+    return PlotData(horizontal, vertical, lines, limits)
 
 
 def _scaled(column: FrontColumn) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from rich.text import Text
 
+from railui.arrays import FloatArray
 from railui.desk.presenters.search_history import SearchHistory
 from railui.desk.state.plan import Plan, objective_unit
 from railui.desk.widgets.axis import Axis
@@ -74,18 +75,22 @@ def fresh_text(history: SearchHistory, index: int) -> str:
 
 
 def fresh_comparison(history: SearchHistory, index: int, width: int) -> str:
-    """Return mean and sd of every objective on new seeds and, if the width permits, its value in the search."""
+    """Return every objective in the search and, with mean and sd, on new seeds; the latter alone if width is short."""
     _, front = history.front()
     statistics = history.fresh_statistics(index)
     if index >= len(front) or statistics is None:
         return ""
-    rows = []
-    for name, value, mean, sd in zip(history.objective_names, front[index], *statistics, strict=True):
-        text = f"{mean_sd_text(mean, sd)} new seeds"
-        wide = f"{name[:21]:22}{text}, {value:.4g} search"
-        columns = width - len(text)
-        rows.append(wide if len(wide) <= width else f"{name[: columns - 1]:{columns}}{text}")
-    return "\n".join(rows)
+    fresh = [mean_sd_text(mean, sd) for mean, sd in zip(*statistics, strict=True)]
+    rows = [("", "search", "new seeds"), *zip(history.objective_names, _values(front[index]), fresh, strict=True)]
+    name_columns, search_columns, fresh_columns = (max(len(row[k]) for row in rows) for k in range(3))
+    if name_columns + search_columns + fresh_columns + 2 <= width:
+        return "\n".join(f"{n:{name_columns}} {v:>{search_columns}} {f:>{fresh_columns}}" for n, v, f in rows)
+    columns = max(1, width - fresh_columns - 1)
+    return "\n".join(f"{name[:columns]:{columns}} {text:>{fresh_columns}}" for name, _, text in rows)
+
+
+def _values(objectives: FloatArray) -> list[str]:
+    return [f"{value:.4g}" for value in objectives]
 
 
 def mean_sd_text(mean: float, sd: float) -> str:

@@ -17,13 +17,17 @@ MAX_DECADES = 6  # of a logarithmic axis without a lower end
 
 @dataclass(frozen=True)
 class Axis:
-    """Axis of a plot: name, unit (may be empty), ends (None: from the data)."""
+    """Axis of a plot: name, unit (may be empty), ends (None: from the data).
+
+    With categories, their names stand at 0, 1, 2 ... in place of numbers.
+    """
 
     name: str
     unit: str = ""
     log: bool = False
     low: float | None = None
     high: float | None = None
+    categories: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -42,7 +43,7 @@ class PlotDrawing:
         width, height = canvas.width, canvas.height
         bare = width < MIN_SIZE_WITH_AXES[0] or height < MIN_SIZE_WITH_AXES[1]
         header = [] if bare else self.header(width, height)
-        top, bottom = len(header), 0 if bare else 2
+        top, bottom = len(header), 0 if bare else 1 + self._label_rows
         rows = height - top - bottom
         marks = [] if bare else [(v, t) for v, t in ticks(self.y, max(2, rows // 2)) if 0 <= self._at(self.y, v) <= 1]
         left = 0 if bare else min(MAX_LABEL_COLUMNS, max((len(t) for _, t in marks), default=0)) + 1
@@ -81,17 +82,37 @@ class PlotDrawing:
             for column in range(frame.left, frame.right):
                 canvas.put(column, row, self._glyph("┈", " "), grid)
         canvas.write(frame.left - 1, foot, self._glyph("└", "+") + self._glyph("─", "-") * frame.width, axis)
+        self._horizontal_labels(canvas, frame, foot)
+
+    @property
+    def _label_rows(self) -> int:
+        """Rows below the horizontal axis: the names of categories stand in two rows alternately."""
+        return 2 if self.data.x.categories else 1
+
+    def _horizontal_labels(self, canvas: Canvas, frame: Frame, foot: int) -> None:
+        """Write ticks and their texts as far as they do not touch, and the name of the axis at the end of the row."""
+        label, rows = self.styles("label"), self._label_rows
         name = self._axis_name(canvas.width)
-        free = canvas.width - len(name) - 2  # the name of the axis is at its end
-        end = 0
-        for value, text in ticks(self.x, max(2, frame.width // 9)):
-            column = frame.column(self._at(self.x, value))
-            canvas.put(column, foot, self._glyph("┬", "+"), axis)
+        free = canvas.width - len(name) - 2 if name else canvas.width + 1
+        ends = [0] * rows
+        for number, (value, text) in enumerate(self._horizontal_ticks(frame)):
+            column, row = frame.column(self._at(self.x, value)), number % rows
+            canvas.put(column, foot, self._glyph("┬", "+"), self.styles("axis"))
             at = min(max(0, column - len(text) // 2), canvas.width - len(text))
-            if at >= end and at + len(text) < free:
-                canvas.write(at, foot + 1, text, label)
-                end = at + len(text) + 1
+            if at >= ends[row] and at + len(text) < free:
+                canvas.write(at, foot + 1 + row, text, label)
+                ends[row] = at + len(text) + 1
         canvas.write(max(0, canvas.width - len(name)), foot + 1, name, label)
+
+    def _horizontal_ticks(self, frame: Frame) -> list[tuple[float, str]]:
+        """Return the values with their texts; a category has as many words of its name as fit."""
+        names = self.data.x.categories
+        if not names:
+            return ticks(self.x, max(2, frame.width // 9))
+        shown = [k for k in range(len(names)) if 0 <= self._at(self.x, k) <= 1]
+        distance = frame.width * (self._at(self.x, 1) - self._at(self.x, 0))
+        room = max(1, int(self._label_rows * distance) - 1)
+        return [(float(k), textwrap.wrap(names[k], room)[0]) for k in shown]
 
     def _axis_name(self, width: int) -> str:
         """Return the label of the horizontal axis, or its unit if the label is too long."""

@@ -58,3 +58,16 @@ def test_a_narrow_band_is_visible_and_a_gap_is_empty() -> None:
     assert min(columns) < 5 and max(columns) > 55 and not any(30 < column < 38 for column in columns)
     plain = drawn(data, 60, 23, is_plain=True)[1]
     assert all(ord(c) < 128 for row in plain for c in row)
+
+
+def test_names_of_categories_stand_under_their_values_as_far_as_whole_words_fit() -> None:
+    names = ("weighted acceleration", "flange margin", "c_y", "k_ψ")
+    data = PlotData(Axis("", low=-0.5, high=3.5, categories=names), Axis("y"), PAIR)
+    narrow = ["weighted", "flange margin", "c_y", "k_ψ"]
+    for width, shown in ((100, list(names)), (36, narrow)):
+        _, rows = drawn(data, width, 12)
+        assert rows[-3].count("┬") == 4
+        for number, name in enumerate(shown):
+            tick = [column for column, c in enumerate(rows[-3]) if c == "┬"][number]
+            assert abs(rows[-2 + number % 2].index(name) + len(name) // 2 - tick) <= 1
+        assert " ".join(rows[-2:]).split() == [word for k in (0, 2, 1, 3) for word in shown[k].split()]
