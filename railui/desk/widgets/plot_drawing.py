@@ -112,7 +112,7 @@ class PlotDrawing:
         shown = [k for k in range(len(names)) if 0 <= self._at(self.x, k) <= 1]
         distance = frame.width * (self._at(self.x, 1) - self._at(self.x, 0))
         room = max(1, int(self._label_rows * distance) - 1)
-        return [(float(k), textwrap.wrap(names[k], room)[0]) for k in shown]
+        return [(float(k), textwrap.wrap(names[k], room, break_long_words=False)[0][:room]) for k in shown]
 
     def _axis_name(self, width: int) -> str:
         """Return the label of the horizontal axis, or its unit if the label is too long."""

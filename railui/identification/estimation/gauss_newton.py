@@ -13,7 +13,13 @@ from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_gram, block_length
 from railui.identification.estimation.fit import Fit, NormalEquations
 from railui.identification.estimation.free_parameters import FreeParameters
-from railui.identification.estimation.problem import FitSegment, estimate_window_start, improve_start, settle_start
+from railui.identification.estimation.problem import (
+    DivergedError,
+    FitSegment,
+    estimate_window_start,
+    improve_start,
+    settle_start,
+)
 from railui.identification.events import FitIteration
 from railui.identification.prediction import Simulation, required_steps_each
 from railui.parallel import map_threads
@@ -27,10 +33,6 @@ ROLLING_RADIUS_STEP = 1e-6  # over a thousand turns a relative change of a radiu
 MIN_STEP_SIZE_SHARE = 0.1  # of the usual size of a parameter near zero
 MAX_LOG_RATIO_STEP = 1.5  # of a parameter that moves by ratios, per iteration
 MAX_ITERATIONS = 30
-
-
-class DivergedError(ValueError):
-    """The vehicle diverges at a point of a fit, or next to it."""
 
 
 class GaussNewton:

@@ -26,6 +26,10 @@ RENEWED_GAIN = 0.01  # of the misfit by a correction, from which the sensitivity
 SAMPLES_PER_PERIOD = 2.4  # of the highest frequency compared, kept at least
 
 
+class DivergedError(ValueError):
+    """The vehicle diverges at a point of a fit, or next to it."""
+
+
 @dataclass(frozen=True, eq=False)
 class InitialStateSensitivity:
     """Sensitivity of a window's compared channels to its initial state: rows [state, channel, n] in usual sizes."""
@@ -155,7 +159,7 @@ def estimate_window_start(context: Context, model: Model, target: FitSegment) ->
 
     Raises
     ------
-    ValueError
+    DivergedError
         Where the vehicle diverges.
     """
     sensitivity, correction = _start_correction(context, model, target)
@@ -169,7 +173,7 @@ def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegm
 
     Raises
     ------
-    ValueError
+    DivergedError
         Where the vehicle diverges.
     """
     sensitivity, correction = _start_correction(context, model, target)
@@ -202,7 +206,7 @@ def _start_correction(context: Context, model: Model, target: FitSegment) -> tup
     starts[1:, : len(scale)] += np.diag(DIFFERENCE_STEP * scale)
     series, diverged = _from_starts(model, target, starts)
     if np.any(diverged >= 0):
-        raise ValueError(f"the vehicle diverges on {target.segment.file} at {target.segment.columns['t'][0]:g} s")
+        raise DivergedError(f"the vehicle diverges on {target.segment.file} at {target.segment.columns['t'][0]:g} s")
     rows = (series[1:] - series[0]) / DIFFERENCE_STEP
     gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
     sensitivity = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))

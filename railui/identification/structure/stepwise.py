@@ -9,12 +9,11 @@ from typing import NamedTuple
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.gauss_newton import DivergedError
 from railui.identification.estimation.growing_windows import follow_motion, follows
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
-from railui.identification.estimation.problem import FitSegment, reprepare_segments, truncate
+from railui.identification.estimation.problem import DivergedError, FitSegment, reprepare_segments, truncate
 from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
 from railui.identification.structure.candidates import Candidate, list_candidates

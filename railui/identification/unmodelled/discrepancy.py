@@ -77,8 +77,11 @@ def find_acting_discrepancy(
     lowers_error = is_significant_gain(context, selection.validation, discrepancy.validation)
     if not lowers_error and _has_single_channel(context):
         discrepancy = replace(discrepancy, evidence=NO_EVIDENCE)
-    # a residual that is coherent with no motion is noise, however large, unless it is that of a force at a location
-    is_noise = evidence.is_noise and not (evidence.is_shared and _is_force_on_vehicle(context, discrepancy))
+    # a residual that is coherent with no motion is noise, unless several channels share it: noise of sensors is
+    # independent, and that of the track acts at the contact and has a limited size
+    is_beyond_track_noise = not error_to_noise <= context.settings.selection.shared_residual_ratio
+    is_force = evidence.is_shared and (is_beyond_track_noise or _is_force_on_vehicle(context, discrepancy))
+    is_noise = evidence.is_noise and not is_force
     is_unsolved = is_unexplained and (is_structured or not is_noise)
     if lowers_error or is_conclusive(context, discrepancy) or is_unsolved:
         return replace(discrepancy, lowers_error=lowers_error)

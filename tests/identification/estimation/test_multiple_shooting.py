@@ -13,9 +13,8 @@ from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import Context, create_context
 from railui.identification.estimation import multiple_shooting
 from railui.identification.estimation.calibration import calibrate
-from railui.identification.estimation.gauss_newton import DivergedError
 from railui.identification.estimation.multiple_shooting import cut_into_windows, max_growth_rate, windowed_files
-from railui.identification.estimation.problem import estimate_window_start, prepare_segments
+from railui.identification.estimation.problem import DivergedError, estimate_window_start, prepare_segments
 from railui.identification.estimation.validation import validate
 from railui.identification.loop import close_loop
 from railui.vehicle.design_reader import PlacedEffect
@@ -66,6 +65,15 @@ def test_the_initial_state_of_a_window_is_projected_out(hunting: Dataset):
     )
     # the prior of typical motions retains a little of the directions that the sensors hardly observe
     assert np.sum(window.without_initial_state(made) ** 2) < 1e-4 * np.sum(made**2)
+
+
+def test_a_window_on_which_the_vehicle_diverges_refuses_the_point(hunting: Dataset):
+    (whole,) = hunting.estimation
+    context, model = create_context(hunting), Model(hunting.campaign.design)
+    ready = prepare_segments(context, model, cut_into_windows([whole], {(whole.file, whole.number)}, 3.0))[3]
+    diverging = model.with_path_values(["vehicle.secondary.lateral_damping"], np.array([1e9]))
+    with pytest.raises(DivergedError, match=r"diverges on run_a\.csv\.gz at 9 s"):
+        estimate_window_start(context, diverging, ready)
 
 
 def test_a_hunting_vehicle_with_nominal_flanges_is_calibrated(hunting: Dataset):

@@ -14,10 +14,11 @@ from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import create_context
 from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.calibration import calibrate
-from railui.identification.estimation.gauss_newton import DivergedError, GaussNewton
+from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.noise_floor import estimate_noise_floor, noise_weights
 from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import DivergedError
 from railui.identification.estimation.validation import validate
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
