@@ -19,7 +19,9 @@ GAIN_MARGIN = 1.4  # on the estimation runs, whose gain is not that of the valid
 # a fit absorbs more of an effect than to first order; trial: with 1.25 some 77 of 100 were found, with 2.5 94
 ABSORPTION_MARGIN = 2.0
 MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no parameter is detectable
-MAX_EXTRAPOLATION = float(np.log(10.0))  # beyond the simulated shapes, logarithm of the parameter
+# beyond the weakest simulated shape, and the strongest, next to which an effect is far from linear: log of the parameter
+MAX_WEAKER_EXTRAPOLATION = float(np.log(10.0))
+MAX_STRONGER_EXTRAPOLATION = float(np.log(2.0))
 
 
 class Score(Protocol):
@@ -156,7 +158,7 @@ def value_of_unit_amount(
     """Return the parameter at which the full effect (amount 1) is just detectable, None where there is none.
 
     Log-log interpolation between the simulated shapes that differ in this parameter alone, from the weakest shape on;
-    extrapolation beyond them by at most a factor of 10. The amount need not fall all the way from the weakest shape to
+    extrapolation below them by at most a factor of 10, and of 2 above the strongest. The amount need not fall all the way from the weakest shape to
     the strongest: of a large clearance the estimated stiffness absorbs more than of a small one.
 
     sizes: lengths of the output differences, before anything is absorbed, which order the shapes by strength; without
@@ -179,4 +181,5 @@ def value_of_unit_amount(
     if is_outside and (abs(slope) < MIN_LOG_SLOPE or (y[far] < y[near]) != (y[near] <= 0.0)):
         return None
     step = -y[near] / slope
-    return None if is_outside and abs(step) > MAX_EXTRAPOLATION else float(np.exp(x[near] + step))
+    limit = MAX_WEAKER_EXTRAPOLATION if i == 0 else MAX_STRONGER_EXTRAPOLATION
+    return None if is_outside and abs(step) > limit else float(np.exp(x[near] + step))

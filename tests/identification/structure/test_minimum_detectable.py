@@ -86,9 +86,8 @@ def test_a_sensor_has_the_deviation_from_its_neutral_value() -> None:
 
 def test_a_law_without_strength_has_the_parameter_of_unit_amount() -> None:
     assert value_of_unit_amount([*PLAY.shapes], [4.0, 0.25], "half_width") == pytest.approx(1e-3)
-    assert value_of_unit_amount(
-        [{"half_width": 1e-4}, {"half_width": 1e-3}], [16.0, 4.0], "half_width"
-    ) == pytest.approx(1e-2)
+    shapes = [{"half_width": 1e-4}, {"half_width": 1e-3}]
+    assert value_of_unit_amount(shapes, [12.5, 1.25], "half_width") == pytest.approx(1.25e-3)
     assert value_of_unit_amount(
         [{"half_width": 1e-3}, {"half_width": 1e-2}], [0.25, 0.0625], "half_width"
     ) == pytest.approx(1e-4)
@@ -97,7 +96,7 @@ def test_a_law_without_strength_has_the_parameter_of_unit_amount() -> None:
 def test_beyond_the_simulated_shapes_the_two_nearest_are_extrapolated() -> None:
     shapes = [{"half_width": h} for h in (1e-3, 1e-2, 1e-1)]
     assert value_of_unit_amount(shapes, [0.25, 0.0625, 0.05], "half_width") == pytest.approx(1e-4)
-    assert value_of_unit_amount(shapes, [20.0, 16.0, 4.0], "half_width") == pytest.approx(1.0)
+    assert value_of_unit_amount(shapes, [20.0, 15.0, 1.5], "half_width") == pytest.approx(0.15)
 
 
 def test_the_weakest_detectable_shape_counts_where_the_strongest_is_absorbed() -> None:
@@ -115,7 +114,7 @@ def test_a_friction_is_detectable_below_a_value() -> None:
 def test_an_effect_that_no_shape_makes_detectable_has_no_value() -> None:
     shapes = [{"half_width": h} for h in (1e-4, 1e-3, 1e-2)]
     assert value_of_unit_amount(shapes, [9.0, 3.0, 5.0], "half_width", [1.0, 10.0, 100.0]) is None
-    assert value_of_unit_amount(shapes[:2], [9.0, 6.0], "half_width", [1.0, 10.0]) is None  # beyond 10 times 1 mm
+    assert value_of_unit_amount(shapes[:2], [30.0, 3.0], "half_width", [1.0, 10.0]) is None  # beyond twice 1 mm
 
 
 def test_an_amount_that_no_parameter_changes_is_unknown() -> None:
