@@ -74,6 +74,19 @@ def test_fmpy_finds_the_fmu_valid_and_simulates_it_as_the_kernel_does(
     assert largest_difference(found, expected, CHANNELS) < 1e-9
 
 
+def test_the_fmu_of_a_calibrated_vehicle_has_its_parameters_and_its_effect(tmp_path: Path) -> None:
+    """The result of a loop on the bundled simulated campaign, exported by the command."""
+    found = railui.Campaign.load(ROOT / "designs/campaigns/worn_axle_box").loop(jobs=2)
+    adjusted = found.save(tmp_path / "loop") / "adjusted.yaml"
+    file = tmp_path / "adjusted.fmu"
+    run("export", "--fmu", str(adjusted), "-o", str(file), "--speed", "40", "--channels", ",".join(CHANNELS))
+    assert validation.validate_fmu(str(file)) == []
+    vehicle = railui.Design.load(adjusted)
+    assert [effect.kind for effect in vehicle.effects] == ["free_play"]
+    series = simulate(file, railui.fmu_inputs(TRACK, 40.0), CHANNELS)
+    assert largest_difference(series, vehicle.simulate(TRACK, 40.0, CHANNELS), CHANNELS) < 1e-9
+
+
 def test_speed_and_numbers_of_the_vehicle_are_parameters_of_the_fmu(tmp_path: Path) -> None:
     design = railui.Design.load(ROOT / "designs/check_bogie.yaml")
     file = tmp_path / "bogie.fmu"

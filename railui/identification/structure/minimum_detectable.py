@@ -19,7 +19,7 @@ GAIN_MARGIN = 1.4  # on the estimation runs, whose gain is not that of the valid
 # a fit absorbs more of an effect than to first order; trial: with 1.25 some 77 of 100 were found, with 2.5 94
 ABSORPTION_MARGIN = 2.0
 MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no parameter is detectable
-# beyond the weakest simulated shape, and the strongest, next to which an effect is far from linear: log of the parameter
+# log of the parameter beyond the weakest simulated shape, and beyond the strongest, where an effect is far from linear
 MAX_WEAKER_EXTRAPOLATION = float(np.log(10.0))
 MAX_STRONGER_EXTRAPOLATION = float(np.log(2.0))
 
@@ -158,8 +158,9 @@ def value_of_unit_amount(
     """Return the parameter at which the full effect (amount 1) is just detectable, None where there is none.
 
     Log-log interpolation between the simulated shapes that differ in this parameter alone, from the weakest shape on;
-    extrapolation below them by at most a factor of 10, and of 2 above the strongest. The amount need not fall all the way from the weakest shape to
-    the strongest: of a large clearance the estimated stiffness absorbs more than of a small one.
+    extrapolation by at most a factor of 10 below the weakest, and of 2 above the strongest. The amount need not fall
+    all the way from the weakest shape to the strongest: of a large clearance the estimated stiffness absorbs more than
+    of a small one.
 
     sizes: lengths of the output differences, before anything is absorbed, which order the shapes by strength; without
     them the end with the smaller amount is the stronger.

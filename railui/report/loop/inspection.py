@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from railui import core
+from railui.campaign.settings.detection import SelectionSettings
+from railui.report.loop.noise import known_noise_text
 from railui.report.loop.wording import location_phrase
 from railui.vehicle.multibody import Structure
 
@@ -52,7 +54,11 @@ def inspection_lines(report: Report, structure: Structure | None = None) -> list
         lines.append(UNLOCATED if not lines else OTHER_SPEED)
     if report["verdict"] == "none":
         ratio = report["unexplained"]
-        lines.append(NONE if not ratio or ratio < 1.5 else f"sensors and cables: noise is larger than stated; {NONE}")
+        if ratio is not None and ratio > SelectionSettings().unexplained_ratio:
+            known = known_noise_text(report["floor"]["source"])
+            lines.append(f"sensors and cables: noise is larger than {known}; {NONE}")
+        else:
+            lines.append(NONE)
     return list(dict.fromkeys(lines))
 
 

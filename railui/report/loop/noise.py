@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from railui.campaign.noise.model import STATED, NoiseModel
+from railui.campaign.noise.model import ESTIMATED, STATED, NoiseModel
 from railui.report.numbers import DASH, format_number
 from railui.runs.columns import COLUMNS
 
@@ -47,6 +47,11 @@ def noise_table(rows: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
         }
         for name, row in rows.items()
     ]
+
+
+def known_noise_text(source: str) -> str:
+    """Return what a noise floor of this source rests on, to compare a residual with."""
+    return "estimated from the runs" if source == ESTIMATED else "stated"
 
 
 def noise_notes(noise: NoiseModel) -> list[str]:

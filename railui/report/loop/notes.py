@@ -13,7 +13,7 @@ from railui.identification.result import LoopResult
 from railui.identification.structure.stepwise import has_structure
 from railui.identification.unmodelled.discrepancy import is_at_noise_floor
 from railui.report.loop.conditions import condition_notes
-from railui.report.loop.noise import noise_notes
+from railui.report.loop.noise import known_noise_text, noise_notes
 from railui.report.loop.wording import MODEL_LABELS
 
 MAX_NAMED_CHANNELS = 3
@@ -121,7 +121,8 @@ def unstructured_residual_notes(result: LoopResult) -> list[str]:
             "to run: something changes with speed, temperature, load or time, and no single parameter explains it"
         )
     else:
-        cause = "an unmeasured force, or noise that is larger than stated or not white as the noise floor assumes"
+        known = known_noise_text(result.noise_floor.source)
+        cause = f"an unmeasured force, or noise that is larger than {known} or not white as the noise floor assumes"
     return [
         f"the error is {result.error_to_noise:.2f} times the noise floor, and the score test detects no structure in "
         f"the residual: {cause} (largest ratios: {largest})"

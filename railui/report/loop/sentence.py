@@ -10,6 +10,7 @@ from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.number_format import format_quantity
 from railui.report.loop.catalogued_effects import catalogued_effects
+from railui.report.loop.noise import known_noise_text
 from railui.report.loop.wording import effect_title, location_phrase
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
@@ -32,7 +33,7 @@ def _none_text(result: LoopResult) -> str:
     if result.error_to_noise > result.context.settings.selection.unexplained_ratio:
         return (
             f"{text} The residual is {result.error_to_noise:.1f} times the noise floor and coherent with no motion: "
-            "the noise is larger than stated."
+            f"the noise is larger than {known_noise_text(result.noise_floor.source)}."
         )
     return text
 

@@ -32,8 +32,9 @@ def test_a_clearance_names_its_joint() -> None:
 
 def test_without_an_effect_nothing_on_the_vehicle_is_named() -> None:
     assert inspection_lines(report(verdict="none")) == [NONE]
-    (line,) = inspection_lines(report(verdict="none", unexplained=2.1))
-    assert line.startswith("sensors and cables")
+    for source, known in (("stated", "stated"), ("estimated", "estimated from the runs")):
+        (line,) = inspection_lines(report(verdict="none", unexplained=2.1, floor={"source": source}))
+        assert line.startswith(f"sensors and cables: noise is larger than {known}; ")
 
 
 def test_a_discrepancy_without_a_location_says_so() -> None:

@@ -31,7 +31,7 @@ def result(error_to_noise: float, p: float, **more: Any) -> LoopResult:
         "score_test": SimpleNamespace(results=(1,), p=p, rho2=0.05),
         "discrepancy": None,
         "validations": {"after": SimpleNamespace(channels={"e1": 0.05, "ayf": 0.13})},
-        "noise_floor": SimpleNamespace(channels={"e1": 0.05, "ayf": 0.10}),
+        "noise_floor": SimpleNamespace(channels={"e1": 0.05, "ayf": 0.10}, source="both"),
         "after": SimpleNamespace(error_to_noise=1.19),
     }
     return cast(LoopResult, SimpleNamespace(**(fields | more)))

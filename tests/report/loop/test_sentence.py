@@ -38,6 +38,7 @@ def result(
     discrepancy: Any = None,
     remainder: Remainder = NOTHING_LEFT,
     share: float = 0.996,
+    source: str = "both",
 ) -> LoopResult:
     fields = {
         "is_failed_fit": False,
@@ -47,7 +48,7 @@ def result(
         "context": SimpleNamespace(settings=LoopSettings()),
         "verdict": verdict,
         "validations": {"before": SimpleNamespace(nrmse=0.3514), "after": SimpleNamespace(nrmse=0.0541)},
-        "noise_floor": SimpleNamespace(nrmse=0.0533),
+        "noise_floor": SimpleNamespace(nrmse=0.0533, source=source),
         "error_to_noise": ratio,
         "after": fit(*effects),
         "nominal": fit().model,
@@ -75,10 +76,13 @@ def test_no_effect_is_no_more_than_not_detected() -> None:
     )
 
 
-def test_a_large_incoherent_residual_is_noise_larger_than_stated() -> None:
-    text = sentence(result("none", ratio=3.1))
+@pytest.mark.parametrize(
+    ("source", "known"), [("stated", "stated"), ("both", "stated"), ("estimated", "estimated from the runs")]
+)
+def test_a_large_incoherent_residual_is_noise_larger_than_known(source: str, known: str) -> None:
+    text = sentence(result("none", ratio=3.1, source=source))
     assert text.endswith(
-        "The residual is 3.1 times the noise floor and coherent with no motion: the noise is larger than stated."
+        f"The residual is 3.1 times the noise floor and coherent with no motion: the noise is larger than {known}."
     )
 
 
