@@ -55,6 +55,19 @@ def test_a_wrong_sign_blames_the_channel_and_not_its_neighbours(channel: str) ->
     assert fault.yaml == f"sensors: {{{channel}: {{gain: -1}}}}"
 
 
+@pytest.mark.parametrize(
+    "missing", [("e1", "e2", "d1", "d2"), ("ay1", "ay2", "ayf"), ("e1", "e2", "ay1", "ay2", "d1", "d2", "rf")]
+)
+def test_a_reversed_cross_level_is_found_by_the_motion_that_it_causes(missing: Sequence[str]) -> None:
+    """No relation between these channels shows it. All else reversed, by a wrong convention, leaves the same data."""
+    fault = only(diagnosis_of(scaled("phiw", gain=-1.0), missing=missing))
+    assert (fault.kind, fault.channels, fault.serious) == ("sign", ("phiw",), True)
+    assert fault.yaml == "sensors: {phiw: {gain: -1}}" and "`convention`" in fault.text
+    others = [c for c in ("yw", "e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2") if c not in missing]
+    assert only(diagnosis_of(scaled(*others, gain=-1.0), missing=missing)).yaml == fault.yaml
+    assert diagnosis_of(missing=missing).faults == ()
+
+
 def test_a_wrong_unit_is_named() -> None:
     assert only(diagnosis_of(scaled("ay2", gain=1 / 9.80665))).yaml == "sensors: {ay2: {unit: g}}"
     assert only(diagnosis_of(scaled("d2", gain=10.0))).yaml == "sensors: {d2: {gain: 10}}"

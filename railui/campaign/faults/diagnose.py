@@ -11,6 +11,7 @@ import numpy as np
 from railui.campaign.corrections.apply import corrected_columns
 from railui.campaign.corrections.correction import Corrections, yaml_line
 from railui.campaign.dataset import Dataset
+from railui.campaign.faults.cross_level import has_reversed_cross_level
 from railui.campaign.faults.fault import Diagnosis, Fault, ordered
 from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
 from railui.campaign.faults.merge import merged_faults
@@ -63,6 +64,7 @@ def diagnose(dataset: Dataset) -> Diagnosis:
     faults = [_with_named_unit(_unresolved(f, searches), dataset) for f in faults]
     if is_on_track:
         faults += _faults_against_model(dataset, runs, faults)
+        faults += _reversed_cross_level(dataset, runs, faults)
     return ordered([*faults, *waveform])
 
 
@@ -166,6 +168,21 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
         alone = yaml_line(Hypothesis("sign", ("yw",), -1.0).corrections())
         return [replace(track, alternatives=(alone,) if len(recorded) > 1 else ())]
     return [_with_named_unit(_fault_against_model(h, files), dataset) for h in contradictions.values()]
+
+
+def _reversed_cross_level(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
+    """Find a cross-level that the motion of every run contradicts, where no fault of the track is known."""
+    if any(set(fault.channels) & set(TRACK_COLUMNS) for fault in faults):
+        return []
+    model = Model(dataset.campaign.design, dataset.campaign.sensors)
+    corrections, wheelbase = ordered(faults).corrections, _geometry(dataset)[0]
+    firsts = [corrected_segment(segments[0], corrections, wheelbase) for segments in runs.values()]
+    signs = {has_reversed_cross_level(dataset.campaign.settings.faults, model, s) for s in firsts} - {None}
+    if signs != {True}:
+        return []
+    h = Hypothesis("sign", ("phiw",), -1.0)
+    text = f"{fault_text(h)} (by the part of the motion that it causes in the nominal model)"
+    return [Fault(h.kind, h.channels, h.value, None, "1", tuple(runs), text, True, h.corrections())]
 
 
 def _following(segment: Segment) -> list[str]:

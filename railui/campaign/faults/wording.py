@@ -7,6 +7,8 @@ import numpy as np
 from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
 from railui.runs.columns import COLUMNS, RIG_COLUMNS
 
+# the vehicle is symmetric about its vertical plane
+EQUIVALENT_TO_CROSS_LEVEL = "or every other lateral and yaw channel has (`convention` of a sensor map)"
 UNITS = {"sign": "1", "unit": "1", "gain": "1", "delay": "s", "clock": "1", "offset": "m", "gravity": "m/s^2"}
 
 
@@ -30,7 +32,8 @@ def fault_text(h: Hypothesis) -> str:
     """
     names, verb = channel_names(h.channels), "have" if len(h.channels) > 1 else "has"
     if h.kind == "sign":
-        return f"{names} {verb} the wrong sign"
+        text = f"{names} {verb} the wrong sign"
+        return f"{text}, {EQUIVALENT_TO_CROSS_LEVEL}" if h.channels == ("phiw",) else text
     if h.kind == "unit":
         return f"{names} {verb} numbers in another unit: {_unit_text(h)}"
     if h.kind == "gain":
