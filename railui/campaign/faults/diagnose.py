@@ -181,7 +181,7 @@ def _reversed_cross_level(dataset: Dataset, runs: dict[str, list[Segment]], faul
     if signs != {True}:
         return []
     h = Hypothesis("sign", ("phiw",), -1.0)
-    text = f"{fault_text(h)} (by the part of the motion that it causes in the nominal model)"
+    text = f"{fault_text(h)}; the motion that it causes has the opposite sign in the nominal model"
     return [Fault(h.kind, h.channels, h.value, None, "1", tuple(runs), text, True, h.corrections())]
 
 
