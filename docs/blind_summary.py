@@ -1,4 +1,4 @@
-"""Write the table and the picture of docs/blind.md from the tables of docs/blind_trials.md: python docs/blind_summary.py."""
+"""Write tables, rates and picture of docs/blind.md from the tables of docs/blind_trials.md: python docs/blind_summary.py."""
 
 import re
 from collections.abc import Sequence
@@ -9,7 +9,10 @@ from railui.report.figures.drawing import BLUE, figure_file
 
 DOCS = Path(__file__).parent
 ROW = re.compile(r"^\| (.+?) \| (\d+) of (\d+) \| (\d+) \| (\d+) to (\d+) \|$", re.M)
+BY_SENSORS = re.compile(r"^\| 90 % intervals with the true value: sensors (.+?) \| \d+ of \d+ \| (\d+) \|", re.M)
+PLANNED_LOOPS = re.compile(r"--loops (\d+) --seed")
 BEGIN, END = "<!-- summary -->", "<!-- end of summary -->"
+BEGIN_RATES, END_RATES = "<!-- rates -->", "<!-- end of rates -->"
 # outcome as the trials name it, its name here, and what an ideal program would have [%]
 BOGIE = (
     ("one effect planted: right name, class and location", "one effect: named, at its location", 100),
@@ -57,11 +60,45 @@ def outcomes(text: str, names: Sequence[tuple[str, str, int]]) -> list[Outcome]:
 
 def summary() -> list[Outcome]:
     """Return the outcomes of the trial of bogies, then of that of coaches."""
+    return [*outcomes(trial("trial"), BOGIE), *outcomes(trial("coaches"), COACH)]
+
+
+def trial(name: str) -> str:
+    """Return the section of a trial in docs/blind_trials.md."""
     text = (DOCS / "blind_trials.md").read_text("utf-8")
-    bogies, coaches = (
-        text.partition(f"<!-- {name} -->")[2].partition("<!-- end of")[0] for name in ("trial", "coaches")
-    )
-    return [*outcomes(bogies, BOGIE), *outcomes(coaches, COACH)]
+    return text.partition(f"<!-- {name} -->")[2].partition("<!-- end of")[0]
+
+
+def rates(text: str) -> str:
+    """Return as a list how many effects were named, intervals hold and detection limits are true, in the trial of bogies.
+
+    text: the section of the trial.
+    """
+    one, two, three, *_, power, intervals, data = outcomes(text, BOGIE)
+    sensors = sorted((int(percent), name) for name, percent in BY_SENSORS.findall(text))
+    (low, worst), (high, best) = sensors[0], sensors[-1]
+    lines = [
+        f"The trial of bogies has {data.trials} loops" + _planned(text, data.trials) + ".",
+        f"Named in full: {_count(one)} single effects, {_count(two)} pairs, {_count(three)} sets of three.",
+        f"Of the 90 % intervals {_with_limits(intervals)} contain the true value; by sensors from {low} % ({worst}) to "
+        f"{high} % ({best}).",
+        f"Of the effects of the stated minimum detectable size (nominal power 90 %) {_with_limits(power)} were found.",
+    ]
+    return "\n".join(f"- {line}" for line in lines)
+
+
+def _planned(text: str, done: int) -> str:
+    """Return that a trial was stopped early, if it was."""
+    planned = sum(map(int, PLANNED_LOOPS.findall(text)))
+    return f" of {planned} planned" if planned > done else ""
+
+
+def _count(outcome: Outcome) -> str:
+    return f"{outcome.hits} of {outcome.trials}"
+
+
+def _with_limits(outcome: Outcome) -> str:
+    return f"{outcome.percent} % (95 % limits {outcome.low} to {outcome.high})"
 
 
 def table(rows: Sequence[Outcome]) -> str:
@@ -86,8 +123,10 @@ def draw(rows: Sequence[Outcome], path: Path) -> None:
 
 
 def page(text: str) -> str:
-    """Return the page with the table of the trials."""
-    return re.sub(f"{BEGIN}.*?{END}", lambda _: f"{BEGIN}\n{table(summary())}\n{END}", text, flags=re.S)
+    """Return the page with the table of the trials and the rates in words."""
+    text = re.sub(f"{BEGIN}.*?{END}", lambda _: f"{BEGIN}\n{table(summary())}\n{END}", text, flags=re.S)
+    written = f"{BEGIN_RATES}\n{rates(trial('trial'))}\n{END_RATES}"
+    return re.sub(f"{BEGIN_RATES}.*?{END_RATES}", lambda _: written, text, flags=re.S)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Page of the commands: help text, options, and an example that a test runs."""
 
 import inspect
+import re
 from pathlib import Path
 
 import click
@@ -9,6 +10,7 @@ from markdown_text import code, plain, table
 from railui.cli import COMMANDS, cli
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLE_LINK = re.compile(r"\]\((\w+)\.md\)")
 COMMON = ("json_to", "quiet", "verbose", "seed", "jobs", "help")
 INTRODUCTION = """# Commands
 
@@ -77,6 +79,6 @@ def _row(option: click.Parameter) -> tuple[str, str]:
 
 
 def _example(name: str) -> str:
-    """Return the example of a command; a missing file fails the build."""
-    text = (EXAMPLES / f"{name}.md").read_text()
+    """Return the example of a command, links to other examples as such within the page; without a file the build fails."""
+    text = EXAMPLE_LINK.sub(lambda m: f"](#railui-{m[1].replace('_', '-')})", (EXAMPLES / f"{name}.md").read_text())
     return f"\n**Example**\n\n{text}"

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from railui.cli.tables import format_fixed, make_table
+
+if TYPE_CHECKING:
+    from railui.vehicle.multibody import Structure
 
 Report = Mapping[str, Any]
 
@@ -67,21 +70,23 @@ def profiles_note(profiles: Report) -> str:
     return str(profiles["note"] or pair)
 
 
-def effects_table(report: Report) -> Any:
-    """Return the effects that were added, with their parameters."""
+def effects_table(report: Report, structure: Structure | None = None) -> Any:
+    """Return the effects that were added, with their parameters; structure: that of a vehicle of bodies."""
     from railui.report.loop.phases import segment_text
+    from railui.report.loop.wording import joint_text
     from railui.report.numbers import quantity_cells
 
     rows = []
     for effect in report["effects"]:
-        wheelset = "both" if effect["wheelset"] is None else str(effect["wheelset"])
+        joint = joint_text(effect["at"], effect["wheelset"], structure)
         phases = [(f"phase, {segment_text(p)}", p) for p in effect["phases"]]
         for name, p in [*effect["parameters"].items(), *phases]:
             cells = quantity_cells(p["value"], p["sd"], p["unit"])
-            rows.append((effect["kind"], effect["at"], wheelset, name, *cells))
+            rows.append((effect["kind"], effect["at"], joint, name, *cells))
     columns = ("kind", "at", "wheelset", "parameter", "value", "standard deviation")
+    shown = [k for k, name in enumerate(columns) if name != "wheelset" or any(row[k] for row in rows)]
     title = "identified effect" + ("s" if len(report["effects"]) > 1 else "")
-    return make_table(columns, rows, title=title)
+    return make_table([columns[k] for k in shown], [[row[k] for k in shown] for row in rows], title=title)
 
 
 def detectable_table(report: Report) -> Any:

@@ -173,6 +173,6 @@ def _show_identification(call: Invocation, result: LoopResult, report: Mapping[s
         call.show(parameters_table(report, [path for path in report["parameters"] if path.startswith("contact.")]))
         call.show(profiles_note(report["profiles"]))
     if report["effects"]:
-        call.show(effects_table(report))
+        call.show(effects_table(report, result.nominal.design.structure))
     elif report["outside"] is None and report["detectable"]:
         call.show(detectable_table(report))

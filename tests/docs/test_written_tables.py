@@ -23,3 +23,16 @@ def test_a_page_has_the_tables_that_its_script_writes(module: object) -> None:
 def test_the_summary_refuses_a_trial_without_a_row() -> None:
     with pytest.raises(ValueError, match="no row"):
         blind_summary.outcomes("| another outcome | 1 of 2 | 50 | 1 to 99 |\n", blind_summary.BOGIE)
+
+
+def test_the_rates_in_words_are_those_of_the_trial() -> None:
+    """A trial of 3 loops of 5, with intervals by two sets of sensors."""
+    rows = [f"| {name} | 2 of 3 | 67 | 9 to 99 |" for name, _, _ in blind_summary.BOGIE]
+    by_sensors = [
+        f"| 90 % intervals with the true value: sensors {name} | 8 of 10 | {percent} | 44 to 97 |"
+        for name, percent in (("all", 80), ("gyro", 70), ("no gyro", 75))
+    ]
+    text = blind_summary.rates("\n".join(["`python -m tests.blind.blind --loops 5 --seed 1`:", *rows, *by_sensors]))
+    assert "has 3 loops of 5 planned." in text and "2 of 3 pairs" in text
+    assert "90 % intervals 67 % (95 % limits 9 to 99)" in text and "from 70 % (gyro) to 80 % (all)" in text
+    assert "(nominal power 90 %) 67 % (95 % limits 9 to 99) were found" in text

@@ -90,6 +90,20 @@ def location_phrase(at: str, wheelset: int | None = None, structure: Structure |
     return f"the {LOCATIONS[at]}" + (f" of {which}" if wheelset or at in PER_WHEELSET else "")
 
 
+def joint_text(at: str, number: int | None = None, structure: Structure | None = None) -> str:
+    """Return for a table which of the wheelsets or bogies a location refers to, empty where it is a single one.
+
+    >>> joint_text("primary_lateral"), joint_text("contact", 2), joint_text("secondary_lateral"), joint_text("rig")
+    ('both', '2', '', '')
+    """
+    if structure is None or at not in structure.effect_locations:
+        return str(number or ("both" if at in (*PER_WHEELSET, "wheelset") else ""))
+    noun, count = _noun(structure, at), len(structure.effect_locations[at].numbers)
+    if noun == "wheelset":
+        return str(number or _every(count)) if count > 1 else str(number or "")
+    return _which(noun, count, number) if count > 1 else ""
+
+
 def _words(at: str) -> str:
     """Location in words: `yaw_damper_yaw` is the yaw damper in yaw."""
     element, _, way = at.rpartition("_")
@@ -108,12 +122,20 @@ def _noun(structure: Structure, at: str) -> str:
 
 def _phrase_of_vehicle(structure: Structure, at: str, number: int | None) -> str:
     noun, count = _noun(structure, at), len(structure.effect_locations[at].numbers)
-    which = f"{noun} {number}" if number else f"{'both' if count == 2 else 'all'} {noun}s"
+    which = _which(noun, count, number)
     if at == "wheelset":
         return which
     if at == "wheelset_yaw":
         return f"the yaw motion of {which}"
     return f"the {_words(at)}" + (f" of {which}" if number or count > 1 else "")
+
+
+def _which(noun: str, count: int, number: int | None) -> str:
+    return f"{noun} {number}" if number else f"{_every(count)} {noun}s"
+
+
+def _every(count: int) -> str:
+    return "both" if count == 2 else "all"
 
 
 def unit_location(result: LoopResult, at: str) -> str:
