@@ -18,7 +18,7 @@ from railui.capture.processing.map_schema import (
     SpeedModel,
 )
 from railui.io.problems import Findings, suggest_name
-from railui.io.units import UnitError, convert, quantity, quantity_in_any_unit, split_quantity
+from railui.io.units import UnitError, convert, parse_unit, quantity, quantity_in_any_unit, split_quantity
 from railui.io.yaml_file import load_fields
 from railui.vehicle.design_reader import Design
 from railui.vehicle.reference import load_named_design
@@ -68,7 +68,14 @@ class Sensor:
         wanted = QUANTITIES[self.quantity].unit
         if unit in UNITS_OF_GRAVITY and wanted == "m/s^2":
             return STANDARD_GRAVITY
-        return convert(1.0, unit, wanted) if wanted else 1.0
+        if not wanted:
+            return 1.0
+        try:
+            return convert(1.0, unit, wanted)
+        except UnitError as error:
+            if self.quantity == "cross_level" and parse_unit(unit).is_compatible(parse_unit("rad")):
+                raise UnitError(error.message, "name the quantity phiw: cross-level as an angle") from None
+            raise
 
 
 @dataclass(frozen=True)

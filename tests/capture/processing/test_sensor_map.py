@@ -64,6 +64,12 @@ def test_every_problem_of_a_map_is_reported_with_its_line(tmp_path: Path) -> Non
     assert all(p.line for p in faults.value.problems)
 
 
+def test_cross_level_in_an_angle_points_to_the_quantity_of_that_unit(tmp_path: Path) -> None:
+    path = write_map(tmp_path, "sensors: {cross_level: {channel: cant, unit: mrad}}\n")
+    with pytest.raises(FileProblems, match="phiw: cross-level as an angle"):
+        load_map(path)
+
+
 def test_missing_channel_is_reported_with_the_nearest_name(tmp_path: Path) -> None:
     path = write_map(tmp_path, "sensors: {ay1: {channel: box1}, e1: {channel: way}}\n")
     recording = Recording("a", T, {"box_1": T, "way": T}, {"box_1": "m/s^2", "way": "kN"})
