@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.invocation import Invocation, usage_error
+from railui.cli.invocation import Invocation, usage_errors
 from railui.cli.quantities import option_callback, parse_figure_path, parse_speed
 
 if TYPE_CHECKING:
@@ -97,15 +97,10 @@ def resolve_track_argument(track: str, seed: int | None, option: str = "--track"
 
     Raises FileProblems for a faulty file, a usage error of `option` for a faulty spec and for a file with a seed.
     """
-    from railui.io.problems import FileProblems
     from railui.track.excitation import resolve_track
 
-    try:
+    with usage_errors(option):
         return resolve_track(track, seed)
-    except FileProblems:
-        raise
-    except ValueError as error:
-        raise usage_error(f"{option}: {error}") from None
 
 
 def input_files(design: str, source: TrackSource | None) -> list[str]:

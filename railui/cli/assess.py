@@ -20,7 +20,7 @@ from railui.cli.arguments import (
     speed_option,
     strict_option,
 )
-from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.invocation import Invocation, common_options, usage_error, usage_errors
 from railui.cli.quantities import parse_cant, parse_length
 from railui.cli.tables import format_cell, make_table
 
@@ -96,10 +96,8 @@ def command(
         ctx.exit(EXIT_LIMIT_VIOLATED if strict and is_exceeded else 0)
     assert speed is not None
     source = resolve_track_argument(track, call.seed, "TRACK")
-    try:
+    with usage_errors("--stretch"):
         check_section_length(source.track, stretch)
-    except ValueError as error:
-        raise usage_error(f"--stretch: {error}") from None
     found = compute_assessment(loaded, source, speed, section_length=stretch, jobs=call.jobs)
     result = found.data
     if figure is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from railui.cli.arguments import design_argument, load_design_argument, quantity_option, speed_option
-from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.invocation import Invocation, common_options, usage_error, usage_errors
 from railui.cli.quantities import parse_names
 from railui.cli.tables import make_table
 
@@ -107,10 +107,8 @@ def _export_fmu(
 
     loaded = _prepare(call, design, overrides, file, "-o", check_fmu_file)
     vehicle = _checked(channels, lambda: fmu_vehicle_of(loaded, DEFAULT_SPEED if speed is None else speed, channels))
-    try:
+    with usage_errors("--fmu"):
         write_fmu(file, vehicle)
-    except ValueError as error:
-        raise usage_error(f"--fmu: {error}") from None
     names = {"input": _variables(vehicle.inputs), "output": _variables(vehicle.outputs)}
     caption = [f"parameters: speed {vehicle.speed:g} m/s, start_distance, {len(vehicle.parameters)} of the vehicle"]
     _report(call, names, f"FMU of {vehicle.name}", caption)
@@ -124,10 +122,8 @@ def _prepare(call: Invocation, design: str, overrides: dict[str, str], file: str
     """Check the file to be written, then read the design."""
     from railui.io.atomic import check_file_writable
 
-    try:
+    with usage_errors(option):
         check(file)
-    except ValueError as error:
-        raise usage_error(f"{option}: {error}") from None
     check_file_writable(file)
     return load_design_argument(call, design, overrides)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.invocation import Invocation, common_options, usage_error, usage_errors
 from railui.cli.tables import format_cell, make_table
 
 if TYPE_CHECKING:
@@ -104,10 +104,8 @@ def _export(recording: Recording, out: Path, call: Invocation) -> dict[str, Any]
     """Write the same series in another format."""
     from railui.capture.formats import write_recording
 
-    try:
+    with usage_errors():
         write_recording(out, recording)
-    except ValueError as error:
-        raise usage_error(str(error)) from None
     call.info(f"wrote {out}: {recording.t.size} rows, {len(recording.channels)} channels")
     return {"rows": recording.t.size}
 
@@ -123,10 +121,8 @@ def _import_track(recording: Recording, sensor_map: Any, out: Path, call: Invoca
 def _import_run(recording: Recording, sensor_map: Any, out: Path, call: Invocation) -> dict[str, Any]:
     from railui.api.recordings import check_run_file, write_run
 
-    try:
+    with usage_errors():
         check_run_file(out)
-    except ValueError as error:
-        raise usage_error(str(error)) from None
     run = write_run(recording, sensor_map, out)
     show_imported_run(call, str(out), run)
     return run.report()

@@ -6,7 +6,8 @@ import functools
 import json
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -169,3 +170,16 @@ def common_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def usage_error(message: str) -> click.UsageError:
     """Return the error of wrong use of a command, exit code 2."""
     return click.UsageError(message, click.get_current_context(silent=True))
+
+
+@contextmanager
+def usage_errors(option: str = "") -> Iterator[None]:
+    """Turn a ValueError into an error of wrong use of an option, or of the command; FileProblems stay as they are."""
+    from railui.io.problems import FileProblems
+
+    try:
+        yield
+    except FileProblems:
+        raise
+    except ValueError as error:
+        raise usage_error(f"{option}: {error}" if option else str(error)) from None

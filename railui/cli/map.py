@@ -18,7 +18,7 @@ from railui.cli.arguments import (
     resolve_track_argument,
     speed_option,
 )
-from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error
+from railui.cli.invocation import Invocation, StatusLine, common_options, usage_errors
 from railui.cli.quantities import parse_cant, parse_names, parse_radius
 from railui.cli.tables import format_cell, make_table
 
@@ -74,19 +74,15 @@ def command(
     from railui.report.figures.response_map import draw_map
 
     loaded = load_design_argument(call, design, overrides)
-    try:
+    with usage_errors():
         check_keys(of, has_track=track is not None, has_speed=speed is not None)
         axes = _axis(read_axis, loaded, "--x", x), _axis(read_axis, loaded, "--y", y)
-    except ValueError as error:
-        raise usage_error(str(error)) from None
     source = None if track is None else resolve_track_argument(track, call.seed)
     curve: dict[str, Any] = {"radius": radius, "cant_deficiency": cant_deficiency}
     directory = Path(output) if output is not None else Path(design).parent / "railui-map" / Path(design).stem
     with MapSession(directory, ThreadRunner(call.jobs), StatusLine(call)) as session:
-        try:
+        with usage_errors():
             found = compute_map(loaded, axes, of, source, speed, session.evaluator, **curve)
-        except ValueError as error:
-            raise usage_error(str(error)) from None
         count = session.evaluator.count
         call.info(f"{count.computed} vehicles computed, {count.cached} were in {directory}")
         document = call.document("map", found.body(), input_files(design, source), found.seed)

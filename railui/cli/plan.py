@@ -11,7 +11,7 @@ import click
 from railui.cli.arguments import load_design_argument, overrides_argument, quantity_option, split_overrides
 from railui.cli.cluster import connect
 from railui.cli.identification_tables import DETECTABLE_KINDS
-from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error
+from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error, usage_errors
 from railui.cli.plan_after import Candidates, plan_after
 from railui.cli.quantities import parse_duration, parse_plot_path, parse_speeds
 from railui.cli.tables import make_table
@@ -113,25 +113,24 @@ def _plan_before(
     file = read_plan_file(loaded, str(candidates.sensors), candidates.noise, outputs.budget)
     call.warn(file.campaign.warnings)
     cluster = None if outputs.scheduler is None else connect(outputs.scheduler, call)
-    try:
-        plan = compute_plan(
-            loaded,
-            file,
-            candidates.speeds or [],
-            candidates.tracks,
-            candidates.duration,
-            sections=candidates.sections,
-            store=outputs.store,
-            cluster=cluster,
-            seed=call.seed,
-            jobs=call.jobs,
-            progress=StatusLine(call),
-        )
-    except ValueError as error:
-        raise usage_error(str(error)) from None
-    finally:
-        if cluster is not None:
-            cluster.close()
+    with usage_errors():
+        try:
+            plan = compute_plan(
+                loaded,
+                file,
+                candidates.speeds or [],
+                candidates.tracks,
+                candidates.duration,
+                sections=candidates.sections,
+                store=outputs.store,
+                cluster=cluster,
+                seed=call.seed,
+                jobs=call.jobs,
+                progress=StatusLine(call),
+            )
+        finally:
+            if cluster is not None:
+                cluster.close()
     document = call.document("plan", plan.body(), [design, *map(str, plan.inputs[1:])])
     for table in _tables(document, loaded.structure):
         call.show(table)

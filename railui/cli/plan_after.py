@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from railui.cli.invocation import Invocation, StatusLine, usage_error
+from railui.cli.invocation import Invocation, StatusLine, usage_error, usage_errors
 from railui.cli.tables import make_table
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _propose(loop: FinishedLoop, candidates: Candidates) -> list[NextRun]:
         levels = load_plan(candidates.sensors, loop.context.campaign.design, candidates.noise).noise_levels
     if candidates.bench not in (None, ALL):
         raise usage_error(f"--bench {candidates.bench} is for --measured: `--bench all` proposes benches")
-    try:
+    with usage_errors():
         return propose_runs(
             loop,
             candidates.speeds,
@@ -98,8 +98,6 @@ def _propose(loop: FinishedLoop, candidates: Candidates) -> list[NextRun]:
             candidates.loads,
             candidates.bench == ALL,
         )
-    except ValueError as error:
-        raise usage_error(str(error)) from None
 
 
 def _run_table(found: Sequence[NextRun], rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Any:
@@ -136,15 +134,13 @@ def _decide(loop: FinishedLoop, measured: str, candidates: Candidates, call: Inv
     run = load_run(Path(measured), kind)
     call.warn(run.warnings)
     segments = segments_of_run(run, Path(measured).name, "test", kind)
-    try:
+    with usage_errors():
         if candidates.bench is None:
             load = candidates.loads[0] if candidates.loads else None
             return decide(loop.context, [r.in_load_state(load) for r in loop.rivals], segments)
         from railui.planning.component_bench import component, decide_bench
 
         return decide_bench(loop.context, loop.rivals, component(loop.rivals[0].model, candidates.bench), segments)
-    except ValueError as error:
-        raise usage_error(str(error)) from None
 
 
 def _decision_table(decisions: Sequence[Decision], names: Sequence[str], measured: str) -> Any:

@@ -17,7 +17,7 @@ from railui.cli.arguments import (
     resolve_track_argument,
     speed_option,
 )
-from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.invocation import Invocation, common_options, usage_errors
 from railui.cli.quantities import parse_frequencies, parse_names
 from railui.cli.tables import format_cell, make_table
 
@@ -62,10 +62,8 @@ def command(
 
     loaded = load_design_argument(call, design, overrides)
     source = None if track is None else resolve_track_argument(track, call.seed)
-    try:
+    with usage_errors("--channels"):
         check_channels(resolve_model(loaded), channels or ())
-    except ValueError as error:
-        raise usage_error(f"--channels: {error}") from None
     found = compute_response(loaded, speed, source, channels=channels, frequencies=frequencies)
     result = found.data
     if figure is not None:

@@ -16,7 +16,7 @@ from railui.cli.arguments import (
     resolve_track_argument,
     speed_option,
 )
-from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.invocation import Invocation, common_options, usage_error, usage_errors
 from railui.cli.quantities import parse_cant, parse_names, parse_radius, parse_seeds
 from railui.cli.tables import format_cell, make_table
 
@@ -67,10 +67,8 @@ def command(
 
     has_ride = track is not None and speed is not None
     keys = default_keys(of, has_ride=has_ride)
-    try:
+    with usage_errors("--of"):
         check_keys(keys, has_track=track is not None, has_speed=speed is not None)
-    except ValueError as error:
-        raise usage_error(f"--of: {error}") from None
     if seeds is not None and track is None:
         raise usage_error("--seeds needs a track: give --track")
     loaded = load_design_argument(call, design, overrides)

@@ -54,6 +54,14 @@ def test_wrong_use_is_refused(words: tuple[str, ...], message: str) -> None:
     assert result.exit_code == 2 and message in result.stderr
 
 
+def test_the_fault_of_a_track_file_is_reported_with_the_file_alone(sensors: str, tmp_path: Path) -> None:
+    track = tmp_path / "track.csv"
+    track.write_text("s [m],yw [m]\n0,0\n1,x\n")
+    result = run("plan", BOGIE, "--sensors", sensors, "--speeds", "30", "--track", str(track), "--duration", "20 s")
+    assert result.exit_code == 2 and result.stderr.splitlines()[0].startswith(str(track))
+    assert "Usage" not in result.stderr
+
+
 def test_a_directory_without_a_loop_is_refused_with_a_remedy(tmp_path: Path) -> None:
     result = run("plan", "--after", str(tmp_path))
     assert result.exit_code == 2 and "has no loop.json" in result.stderr

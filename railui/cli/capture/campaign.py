@@ -5,8 +5,7 @@ from __future__ import annotations
 import click
 
 from railui.cli.import_ import show_imported_run
-from railui.cli.invocation import Invocation, common_options, usage_error
-from railui.io.problems import FileProblems
+from railui.cli.invocation import Invocation, common_options, usage_errors
 
 
 @click.command("campaign")
@@ -34,12 +33,8 @@ def command(
     from railui.api.recorded_campaign import write_recorded_campaign
     from railui.documents.check import check
 
-    try:
+    with usage_errors():
         campaign = write_recorded_campaign(map_file, {"adjust": adjust, "validate": validate}, out, name=name)
-    except FileProblems:
-        raise
-    except ValueError as error:
-        raise usage_error(str(error)) from None
     for run in campaign.runs:
         show_imported_run(call, f"{run.source} ({run.role}, {run.run.duration:.1f} s)", run.run)
     for note in campaign.notes:

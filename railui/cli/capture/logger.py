@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.invocation import Invocation, common_options, usage_error, usage_errors
 from railui.cli.quantities import option_callback, parse_speed
 
 if TYPE_CHECKING:
@@ -105,10 +105,8 @@ def _build_logger(source: Path, track: str, speed: float, seconds: float, seed: 
 
     vehicle = load_design(source)
     length = np.ceil(speed * seconds)
-    try:
+    with usage_errors():
         spec = parse_spec(f"{track} length={length:g} seed={seed} spacing={speed / SAMPLING_RATE:.9g}")
-    except ValueError as error:
-        raise usage_error(str(error)) from None
     line = spec.build()
     motion = railui.simulate(vehicle, line, speed, COMPARED_CHANNELS)
     if not all(np.all(np.isfinite(motion[name])) for name in COMPARED_CHANNELS):
