@@ -9,18 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from railui.ride_quality.comfort import (
-    goods_index,
-)
+from railui.ride_quality.comfort import MIN_BLOCKS, goods_index
 from railui.ride_quality.score import CLASSES, SCORE_KEYS, classify, evaluate_ride, score_many
 
 CLEARANCE = 0.007
-
-
 LONG = SimpleNamespace(use="long_distance", journey=4 * 3600.0, comfort_weight=0.6, admissible_flange_fraction=0.05)
-
-
 LOCAL = SimpleNamespace(use="local", journey=3600.0, comfort_weight=0.4, admissible_flange_fraction=0.05)
+GOODS = SimpleNamespace(**(vars(LOCAL) | {"use": "goods", "journey": 3600.0, "rms_limit": 2.0, "peak_limit": 4.0}))
 
 
 def ride(**more):
@@ -62,6 +57,11 @@ def test_a_result_has_the_keys_of_the_command_and_goes_into_json():
     json.loads(json.dumps(result, allow_nan=False))
 
 
+def test_classes_have_their_names_from_the_worst_to_the_best():
+    names = "dangerous, not admissible, just admissible, satisfactory, good, very good"
+    assert ", ".join(CLASSES) == names
+
+
 def test_classes_begin_at_20_40_60_80():
     scores = [0, 19.99, 20, 39.99, 40, 59.99, 60, 79.99, 80, 100]
     names = [classify(score, 86400.0, 0.0, LONG)[0] for score in scores]
@@ -86,6 +86,101 @@ def test_a_limit_that_lowers_the_class_is_named(time, share, finding, expected, 
     name, reason = classify(90.0, time, share, LONG, findings=[finding] if finding else [])
     assert name == expected
     assert why in reason
+
+
+@pytest.mark.parametrize(
+    ("time", "share", "reason"),
+    [
+        (4 * 3600, 0.0, "score 90.0"),  # a limit is exceeded beyond its value only
+        (3 * 3600, 0.0, "reduced comfort after 3 h, within the journey of 4 h"),
+        (0.4 * 3600, 0.0, "reduced comfort after 0.4 h, within the journey of 4 h"),
+        (0.39 * 3600, 0.0, "reduced comfort after 0.39 h, within a tenth of the journey of 4 h"),
+        (4 * 3600, 0.5, "flange contact for 50 % of the time, more than the admissible 5 %"),
+        (4 * 3600, 0.51, "flange contact for 51 % of the time, more than half"),
+    ],
+)
+def test_the_reason_for_a_class_is_the_limit_with_both_values(time, share, reason):
+    assert classify(90.0, time, share, LONG)[1] == reason
+
+
+@pytest.mark.parametrize(
+    ("score", "parts", "use", "reason"),
+    [
+        (79.9, (0.8, 0.7), LONG, "score 79.9: comfort 0.80, guidance 0.70, the weaker is guidance"),
+        (79.9, (0.7, 0.8), LONG, "score 79.9: comfort 0.70, guidance 0.80, the weaker is comfort"),
+        (79.9, (0.8, 0.8), LONG, "score 79.9: comfort 0.80, guidance 0.80, the weaker is guidance"),
+        (60.0, (0.7, 0.8), LONG, "score 60.0: comfort 0.70, guidance 0.80, the weaker is comfort"),
+        (80.0, (0.7, 0.9), LONG, "score 80.0: comfort 0.70, guidance 0.90"),
+        (50.0, (0.4, 0.6), GOODS, "score 50.0: load 0.40, guidance 0.60, the weaker is load"),
+    ],
+)
+def test_the_reason_for_a_score_is_the_weaker_index(score, parts, use, reason):
+    assert classify(score, 86400.0, 0.0, use, parts)[1] == reason
+
+
+def test_goods_have_no_limit_of_comfort_time():
+    assert classify(90.0, 60.0, 0.0, GOODS) == ("very good", "score 90.0")
+
+
+def test_the_notes_say_why_values_are_missing_clipped_or_partial():
+    partial = "n_mv: the lateral part only, EN 12299 adds the other axes"
+    assert evaluate_ride(ride(flange_fractions=[0.0, 0.0]), LONG, CLEARANCE)["notes"] == [partial]
+    bare = ride(weighted_acceleration_1974=50.0, sd_e=[0.0, 0.0])
+    del bare["wz"], bare["block_rms"]
+    result = evaluate_ride(bare, LONG, CLEARANCE)
+    assert result["wz"] is None and result["comfort_hours"] == pytest.approx(1 / 60)
+    assert result["notes"][:4] == [
+        "comfort_hours: clipped to 1 min, the end of the table",
+        "flange_margin: null, a wheelset does not move against the rails",
+        f"n_mv: null, 0 blocks of 5 s are fewer than {MIN_BLOCKS}",
+        "wz: null, no acceleration weighted with B",
+    ]
+    still = evaluate_ride(ride(weighted_acceleration_1974=0.0), LONG, CLEARANCE)
+    assert still["notes"][0] == "comfort_hours: clipped to 24 h, the end of the table"
+    few = evaluate_ride(ride(block_rms=[0.1, 0.1]), LONG, CLEARANCE)
+    assert f"n_mv: null, 2 blocks of 5 s are fewer than {MIN_BLOCKS}" in few["notes"]
+
+
+def test_contact_is_noted_from_more_than_ten_times_the_gaussian_share():
+    gaussian = evaluate_ride(ride(), LONG, CLEARANCE)["flange_fraction_gaussian"]
+
+    def is_noted(ratio):
+        share = float(ratio * gaussian)
+        notes = evaluate_ride(ride(flange_fractions=[share, 0.0]), LONG, CLEARANCE)["notes"]
+        return any("flange_fraction_gaussian" in note for note in notes)
+
+    assert [is_noted(ratio) for ratio in (9.9, 10.0, 10.5)] == [False, False, True]
+
+
+def test_the_point_of_comfort_is_the_one_stated():
+    assert evaluate_ride(ride(), LONG, CLEARANCE)["comfort_point"] == "frame centre through the floor transfer"
+    above = evaluate_ride(ride(comfort_point="above the leading bogie"), LONG, CLEARANCE)
+    assert above["comfort_point"] == "above the leading bogie"
+
+
+@pytest.mark.parametrize("weight", [0.0, 1.0])
+def test_one_part_alone_may_be_scored(weight):
+    measures = score_many(ride(), SimpleNamespace(**(vars(LONG) | {"comfort_weight": weight})), CLEARANCE)
+    assert measures["score"] == pytest.approx(100 * float(measures["comfort" if weight else "guidance"]))
+
+
+@pytest.mark.parametrize("weight", [-0.01, 1.01])
+def test_a_weight_beyond_0_and_1_is_refused(weight):
+    with pytest.raises(ValueError, match=f"^comfort_weight must lie between 0 and 1: {weight:g}$"):
+        score_many(ride(), SimpleNamespace(**(vars(LONG) | {"comfort_weight": weight})), CLEARANCE)
+
+
+@pytest.mark.parametrize("clearance", [0.0, -0.001, math.nan])
+def test_a_clearance_that_is_not_positive_is_refused(clearance):
+    with pytest.raises(ValueError, match=f"^the flange clearance must be positive: {clearance:g} m$"):
+        score_many(ride(), LONG, clearance)
+
+
+def test_numbers_of_single_precision_are_scored_in_double_precision():
+    single = {name: np.float32(values) for name, values in ride().items()}
+    double = {name: np.float64(values) for name, values in single.items()}
+    found, expected = score_many(single, LONG, CLEARANCE), score_many(double, LONG, CLEARANCE)
+    assert all(found[name] == expected[name] and found[name].dtype == np.float64 for name in expected)
 
 
 def test_a_share_of_contact_far_above_the_gaussian_one_is_noted():
@@ -113,6 +208,25 @@ def test_a_diverged_ride_is_dangerous_without_values():
         json.loads(json.dumps(result, allow_nan=False))
 
 
+def test_a_diverged_ride_says_so_and_keeps_its_point():
+    result = evaluate_ride(ride(diverged=True, comfort_point="driver"), LONG, CLEARANCE)
+    assert result["decided_by"] == "the vehicle left the track: motion beyond any bound"
+    assert result["notes"] == ["no statistics: the ride diverged"] and result["comfort_point"] == "driver"
+
+
+def test_of_many_rides_those_that_diverged_have_the_worst_measures():
+    two = {name: np.stack([values, values]) for name, values in ride().items()}
+    two["mean_e"][1], two["sd_e"][1] = np.inf, np.inf
+    worst = {"score": 0, "comfort": 0, "guidance": 0, "comfort_hours": 1 / 60, "diverged": 1}
+    worst |= {"weighted_acceleration": np.inf, "weighted_acceleration_1974": np.inf}
+    worst |= {"flange_fraction": 1, "flange_fraction_gaussian": 1, "flange_margin": -np.inf}
+    with np.errstate(all="raise", under="ignore"):
+        measures = score_many(two | {"diverged": np.array([0.0, 0.0])}, LONG, CLEARANCE)
+    assert {name: float(values[1]) for name, values in measures.items()} == pytest.approx(worst)
+    alone = score_many(ride(), LONG, CLEARANCE)
+    assert {name: float(values[0]) for name, values in measures.items()} == {k: float(v) for k, v in alone.items()}
+
+
 def test_a_vehicle_without_motion_has_the_full_score_and_no_margin():
     still = ride(mean_e=[0.0, 0.0], sd_e=[0.0, 0.0], flange_fractions=[0.0, 0.0], wz=0.0)
     result = evaluate_ride(still | {"weighted_acceleration_1974": 0.0}, LONG, CLEARANCE)
@@ -125,16 +239,25 @@ def test_goods_are_scored_by_rms_and_peak_against_their_limits():
     assert float(goods_index(0.5, None, 2.0, None)) == pytest.approx(1 - 0.5 / 2)
     assert float(goods_index(0.5, 3.0, 2.0, 4.0)) == pytest.approx(1 - 3 / 4)
     assert float(goods_index(3.0, None, 2.0, None)) == 0.0
-    goods = SimpleNamespace(**(vars(LOCAL) | {"use": "goods", "journey": 0.0, "rms_limit": 2.0, "peak_limit": None}))
+    goods = SimpleNamespace(**(vars(GOODS) | {"peak_limit": None}))
     passengers = evaluate_ride(ride(), LOCAL, CLEARANCE)
     load = evaluate_ride(ride(acceleration=0.5), goods, CLEARANCE)
     comfort = math.log(60 * passengers["comfort_hours"]) / math.log(1440)
     assert load["score"] - passengers["score"] == pytest.approx(100 * 0.4 * (0.75 - comfort))
 
 
+def test_the_peak_of_goods_counts_where_a_limit_is_stated():
+    measures = score_many(ride(acceleration=0.5, acceleration_peak=3.0), GOODS, CLEARANCE)
+    assert measures["comfort"] == pytest.approx(1 - 3 / 4)
+    with pytest.raises(ValueError, match="contain no peak"):
+        score_many(ride(acceleration=0.5), GOODS, CLEARANCE)
+
+
 def test_goods_without_a_limit_are_rejected():
-    with pytest.raises(ValueError, match="rms_limit"):
-        evaluate_ride(ride(acceleration=0.5), SimpleNamespace(**(vars(LOCAL) | {"use": "goods"})), CLEARANCE)
+    text = r"^use: goods needs riding\.rms_limit \[m/s\^2\], which has no default, and the rms acceleration$"
+    for statistics, use in ((ride(acceleration=0.5), vars(LOCAL) | {"use": "goods"}), (ride(), vars(GOODS))):
+        with pytest.raises(ValueError, match=text):
+            evaluate_ride(statistics, SimpleNamespace(**use), CLEARANCE)
 
 
 def test_many_rides_at_once_are_the_same_as_one_after_the_other():
