@@ -16,7 +16,8 @@ from railui.vehicle.effects import parameter_unit, range_at
 
 NOMINAL_POWER = 0.9
 GAIN_MARGIN = 1.4  # on the estimation runs, whose gain is not that of the validation runs
-# a fit absorbs more of an effect than to first order; found in blind trials: 49 of 55 (with 1.25 some 77 %, with 2.5 94 %)
+# a fit absorbs more of an effect than to first order; found in blind trials: 49 of 55
+# (with 1.25 some 77 %, with 2.5 94 %)
 ABSORPTION_MARGIN = 2.0
 MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no parameter is detectable
 # log of the parameter beyond the weakest simulated shape, and beyond the strongest, where an effect is far from linear
