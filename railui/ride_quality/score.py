@@ -96,7 +96,7 @@ def score_many(statistics: Mapping[str, Any], riding: ScoreSettings, clearance: 
     def valid(values: FloatArray, otherwise: float) -> FloatArray:
         return np.where(diverged, otherwise, values)
 
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore"):
         m, sd = np.abs(wheelsets["mean_e"]), wheelsets["sd_e"]
         margin = flange_margin(m, sd, clearance)
         log_fraction = valid(np.max(log_flange_fraction_gaussian(m, sd, clearance), axis=-1), 0.0)

@@ -183,6 +183,21 @@ def test_numbers_of_single_precision_are_scored_in_double_precision():
     assert all(found[name] == expected[name] and found[name].dtype == np.float64 for name in expected)
 
 
+def test_blocks_of_single_precision_give_n_mv_in_double_precision():
+    single = np.linspace(0.05, 0.2, 80, dtype=np.float32)
+    found = evaluate_ride(ride(block_rms=single), LONG, CLEARANCE)["n_mv"]
+    assert found == evaluate_ride(ride(block_rms=single.astype(np.float64)), LONG, CLEARANCE)["n_mv"]
+
+
+def test_the_reason_for_the_score_of_a_ride_names_both_indices():
+    result = evaluate_ride(ride(), LOCAL, CLEARANCE)
+    measures = score_many(ride(), LOCAL, CLEARANCE)
+    comfort, guidance = float(measures["comfort"]), float(measures["guidance"])
+    assert result["decided_by"].startswith(
+        f"score {result['score']:.1f}: comfort {comfort:.2f}, guidance {guidance:.2f}"
+    )
+
+
 def test_a_share_of_contact_far_above_the_gaussian_one_is_noted():
     """One bad place is counted, but hardly moves the standard deviation by which guidance is scored."""
     quiet = {"mean_e": [0.0, 0.0], "sd_e": [1e-3, 1e-3]}
@@ -253,6 +268,12 @@ def test_the_peak_of_goods_counts_where_a_limit_is_stated():
         score_many(ride(acceleration=0.5), GOODS, CLEARANCE)
 
 
+def test_goods_may_be_scored_by_settings_that_know_no_peak():
+    goods = SimpleNamespace(**{name: value for name, value in vars(GOODS).items() if name != "peak_limit"})
+    measures = score_many(ride(acceleration=0.5, acceleration_peak=3.0), goods, CLEARANCE)
+    assert measures["comfort"] == pytest.approx(1 - 0.5 / 2)
+
+
 def test_goods_without_a_limit_are_rejected():
     text = r"^use: goods needs riding\.rms_limit \[m/s\^2\], which has no default, and the rms acceleration$"
     for statistics, use in ((ride(acceleration=0.5), vars(LOCAL) | {"use": "goods"}), (ride(), vars(GOODS))):
@@ -276,6 +297,7 @@ def test_many_rides_at_once_are_the_same_as_one_after_the_other():
         alone = evaluate_ride({name: values[i] for name, values in many.items()}, LONG, CLEARANCE)
         assert result["score"][i] == alone["score"]
         if i != 7:
+            assert result["flange_fraction"][i] == alone["flange_fraction"] == many["flange_fractions"][i].max()
             assert result["flange_margin"][i] == alone["flange_margin"]
             assert result["comfort_hours"][i] == alone["comfort_hours"]
     assert result["weighted_acceleration"][7] == np.inf and result["flange_margin"][7] == -np.inf

@@ -26,6 +26,20 @@ def result(scores: FloatArray, norms: FloatArray | None = None, candidate: Candi
     return ScoreResult(candidate, 0, 0.5, 1.2, scores, 10.0, block_norms=block_norms)
 
 
+def test_a_result_is_printed_without_its_arrays_of_blocks():
+    text = repr(result(SCORES, NORMS))
+    assert "norm=10.0" in text
+    assert not any(name in text for name in ("absorbed=", "block_norms", "quadrature_scores", "segment_of_block"))
+
+
+def test_a_result_of_the_score_alone_has_no_phases_and_nothing_absorbed():
+    plain = result(SCORES)
+    arrays = (plain.absorbed, plain.block_norms, plain.quadrature_scores, plain.segment_of_block)
+    assert [x.size for x in arrays] == [0, 0, 0, 0]
+    assert [x.dtype.kind for x in arrays] == ["f", "f", "f", "i"]
+    assert plain.unabsorbed_share == 1.0 and plain.phases == {}
+
+
 def student_to_normal(t: float, n: float) -> float:
     """Wallace's approximation."""
     return float(np.sign(t) * (8 * n + 1) / (8 * n + 3) * np.sqrt(n * np.log(1 + t * t / n)))
@@ -60,6 +74,10 @@ def test_z_is_the_score_over_its_deviation_as_a_normal_variable(sign: float):
     residuals = [s - n * (12.0 - s) / (10.0 - n) for s, n in zip(SCORES, NORMS, strict=True)]
     t = sign * 12.0 / np.sqrt(np.square(residuals).sum())
     assert result(sign * SCORES, NORMS).z == pytest.approx(student_to_normal(t, 1 / 0.22 - 1))
+
+
+def test_z_has_no_scale():
+    assert result(1e-4 * SCORES, NORMS).z == pytest.approx(result(SCORES, NORMS).z)
 
 
 def test_z_of_a_candidate_without_any_score_is_zero():
@@ -137,6 +155,23 @@ def test_the_best_score_is_compared_with_that_of_noise_of_random_sign(seed: int)
     assert critical == pytest.approx(np.quantile(highest, 1 - FEW_DRAWS.significance_level))
 
 
+@pytest.mark.parametrize("scale", [1e-5, 1e5])
+def test_scores_of_any_scale_are_compared_alike(scale: float):
+    plain, other, third = library(4)
+    scaled = [plain, replace(other, scores=scale * other.scores), third]
+    assert family_wise_test(scaled, FEW_DRAWS, 4) == pytest.approx(
+        family_wise_test([plain, other, third], FEW_DRAWS, 4)
+    )
+    every = [replace(s, scores=scale * s.scores) for s in (plain, other, third)]
+    assert family_wise_test(every, FEW_DRAWS, 4) == pytest.approx(family_wise_test([plain, other, third], FEW_DRAWS, 4))
+
+
+def test_phases_are_chosen_alike_at_any_scale():
+    found = periodic(np.random.default_rng(6))
+    small = replace(found, scores=1e-4 * found.scores, quadrature_scores=1e-4 * found.quadrature_scores)
+    assert family_wise_test([small], FEW_DRAWS, 6) == pytest.approx(family_wise_test([found], FEW_DRAWS, 6))
+
+
 def test_only_the_given_results_are_tested_against_the_whole_library():
     results = library(3)
     highest = np.array(highest_of_noise(results, 3))
@@ -156,7 +191,7 @@ def test_candidates_without_any_score_are_no_finding():
 
 def periodic(rng: np.random.Generator) -> ScoreResult:
     scores, quadrature = rng.standard_normal((2, 12))
-    segments = np.repeat([0, 1], [5, 7])
+    segments = np.repeat([0, 1, 2], [5, 3, 4])
     norms = rng.uniform(0.5, 2.0, 12)
     return replace(result(scores, norms, RUN_OUT), quadrature_scores=quadrature, segment_of_block=segments)
 
@@ -164,7 +199,7 @@ def periodic(rng: np.random.Generator) -> ScoreResult:
 def z_at_best_phases(s: ScoreResult, signs: FloatArray) -> float:
     """Score of noise at the phase of each segment that explains most, by hand."""
     sine, in_phase, total = signs * s.residual_scores, np.zeros(12), 0.0
-    for blocks in (range(0, 5), range(5, 12)):
+    for blocks in (range(0, 5), range(5, 8), range(8, 12)):
         of_segment = sum(s.block_norms[b] for b in blocks)
         cosine = {b: signs[b] * s.quadrature_scores[b] / (1 - s.block_norms[b] / of_segment) for b in blocks}
         a, b = sum(sine[k] for k in blocks), sum(cosine.values())
