@@ -17,7 +17,7 @@ from railui.io.atomic import sha256_file
 from railui.io.problems import file_problem
 from railui.planning.component_bench import planned_benches
 from railui.planning.next_run import NextRun, next_runs
-from railui.planning.planned_runs import planned_runs
+from railui.planning.planned_runs import PlannedRun, planned_runs
 from railui.planning.rivals import RivalModel, read_rivals, undecided
 from railui.progress import SILENT, Progress
 from railui.runs.columns import is_compared
@@ -163,15 +163,33 @@ def propose_runs(
     Raises
     ------
     FileProblems, ValueError
-        For a faulty track or one that is too short.
+        For a faulty track, one that is too short, and speeds at all of which a rival is unstable.
     """
     usual_speeds, first, usual_duration = usual_runs(loop.context.dataset)
     rivals = undecided(loop.rivals, loop.context.settings.planning)
     for state in loads:
         rivals[0].in_load_state(state)  # an unknown one is refused before anything is simulated
     wanted = speeds or usual_speeds, tracks or [first], duration or usual_duration
-    runs = planned_runs(*wanted, sections=sections, loads=loads)
+    runs = _stable_runs(loop.context, rivals, planned_runs(*wanted, sections=sections, loads=loads))
     more = [c for c in levels or {} if c not in loop.sensors and is_compared(c)]
     context = with_noise(loop.context, levels or {})
     tests = planned_benches(context, rivals) if benches else []
     return next_runs(context, rivals, runs, loop.sensors, more, tests)
+
+
+def _stable_runs(context: Context, rivals: Sequence[RivalModel], runs: Sequence[PlannedRun]) -> list[PlannedRun]:
+    """Return the runs at whose speed every rival is stable; a message names the others.
+
+    Above its critical speed a rival departs from every other exponentially, which no run of a real vehicle shows.
+    """
+    limit = context.settings.calibration.max_growth_rate
+
+    def is_stable(run: PlannedRun) -> bool:
+        return all(rival.in_load_state(run.load).model.growth_rate(run.speed) <= limit for rival in rivals)
+
+    stable = [run for run in runs if is_stable(run)]
+    if left_out := ", ".join(run.name for run in runs if run not in stable):
+        context.progress.message(f"left out, since a rival is unstable there: {left_out}")
+        if not stable:
+            raise ValueError(f"a rival of the loop is unstable at every speed ({left_out}): give lower speeds")
+    return stable

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from railui.identification.context import Context
 from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
 from railui.identification.structure.candidates import Candidate
+from railui.planning.after import FinishedLoop, propose_runs
 from railui.planning.decision import decide
 from railui.planning.next_run import NextRun, next_runs
 from railui.planning.planned_runs import planned_runs, simulate_runs
@@ -167,3 +169,12 @@ def test_no_effect_is_decided_for_though_the_effect_could_shrink_to_nothing() ->
     free = replace(spring, paths=(*spring.paths, path), covariance=np.diag([0.0, 1e5**2]))
     (found,) = next_runs(context(), [plain, free], RUNS[1:], SENSORS)
     assert found.probability > 0.9
+
+
+def test_a_speed_at_which_a_rival_is_unstable_is_left_out(tmp_path: Path) -> None:
+    loop = FinishedLoop(context(), tuple(rivals(6e5)), tmp_path)
+    track = ["erri_b176_low seed=8"]
+    (found,) = propose_runs(loop, [40.0, 90.0], track, 12.0)
+    assert found.run.name == "40 m/s"
+    with pytest.raises(ValueError, match=r"unstable at every speed \(90 m/s\)"):
+        propose_runs(loop, [90.0], track, 12.0)

@@ -92,19 +92,21 @@ def next_run_lines(report: Mapping[str, Any]) -> list[str]:
         if all(p["equivalent"] for p in best["prospects"]):
             return [*lines, "They predict the same motion as the final model in every run considered."]
         sensors = " ".join(best["sensors"])
-        chance = 100 * best["probability"]
         lines.append(
             f"Next run: {best['name']}, {best['duration']:.0f} s with {sensors} decides with a probability of "
-            f"{chance:.0f} %."
+            f"{_percent(best['probability'])}."
         )
     return lines
 
 
+def _percent(probability: float) -> str:
+    """Return a probability that was estimated from few realisations; above 99 % without a number."""
+    return "more than 99 %" if probability > 0.99 else f"{100 * probability:.0f} %"
+
+
 def prospect_cells(run: Mapping[str, Any], rivals: int, missing: str = "–") -> list[str]:
     """Return the chance that a run separates the final model from each of the other rivals, as text."""
-    chance = {
-        p["rival"]: "same motion" if p["equivalent"] else f"{100 * p['probability']:.0f} %" for p in run["prospects"]
-    }
+    chance = {p["rival"]: "same motion" if p["equivalent"] else _percent(p["probability"]) for p in run["prospects"]}
     return [chance.get(j, missing) for j in range(1, rivals + 1)]
 
 
