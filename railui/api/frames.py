@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-EXTRA: Final = "pip install 'railui[frames]'"
+EXTRA: Final = "pip install '.[frames]' in the checkout"
 
 
 def data_frame(

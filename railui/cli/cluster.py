@@ -15,5 +15,5 @@ def connect(scheduler: str, call: Invocation) -> DaskRunner:
     try:
         from railui.execution.dask_cluster import DaskRunner
     except ModuleNotFoundError as error:
-        raise usage_error(f"--scheduler needs {error.name}: pip install 'railui[cluster]'") from None
+        raise usage_error(f"--scheduler needs {error.name}: pip install '.[cluster]' in the checkout") from None
     return DaskRunner(scheduler, InfoLines(call))

@@ -43,7 +43,9 @@ def command() -> None:
 @click.option("--loops", type=click.IntRange(0), default=0, help="Full loops on vehicles with alarms, at most so many.")
 @common_options
 def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, call: Invocation) -> None:
-    """Compute the runs of FLEET that are new, test all vehicles, and write fleet.json and the page fleet.html.
+    """Compute the new runs of FLEET and test all vehicles.
+
+    Writes fleet.json and the page fleet.html.
 
     What was computed is taken from fleet.sqlite in DIR, where every result is stored as it arrives: an interrupted
     command resumes. The results do not depend on the number of threads or workers.
@@ -77,7 +79,10 @@ def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, cal
 @click.option("--since", metavar="DATE", help="Alarms raised on this day or later.")
 @common_options
 def status(fleet_file: str, out: str | None, since: str | None, call: Invocation) -> None:
-    """Report vehicles, alarms and sections as `railui fleet run` found them last; nothing is computed."""
+    """Report the last results of `railui fleet run`.
+
+    Vehicles, alarms and sections; nothing is computed.
+    """
     from railui.api.fleet import fleet_status
     from railui.io.units import UnitError
 
@@ -95,7 +100,10 @@ def status(fleet_file: str, out: str | None, since: str | None, call: Invocation
 @click.option("--results", metavar="DIR", help="Directory of the results; railui-fleet next to the file by default.")
 @common_options
 def export(fleet_file: str, out: str, results: str | None, call: Invocation) -> None:
-    """Export the estimates of all runs as Parquet, partitioned by vehicle and month; DuckDB and polars read it."""
+    """Export the estimates of all runs as Parquet.
+
+    Partitioned by vehicle and month; DuckDB and polars read it.
+    """
     from railui.api.fleet import results_directory
     from railui.fleet.fleet_file import load_fleet
     from railui.fleet.parquet import export_parquet
@@ -106,7 +114,7 @@ def export(fleet_file: str, out: str, results: str | None, call: Invocation) -> 
     try:
         files, rows = export_parquet(fleet, store, Path(out))
     except ImportError as error:
-        raise usage_error(f"the export needs {error.name}: pip install 'railui[parquet]'") from None
+        raise usage_error(f"the export needs {error.name}: pip install '.[parquet]' in the checkout") from None
     finally:
         store.close()
     call.show(f"{rows} rows in {files} files below {out}")

@@ -197,7 +197,7 @@ def _file_system(address: str) -> Any:
     try:
         import fsspec
     except ImportError:
-        remedy = "install the extra `railui[cluster]`, which contains fsspec, or mount the files"
+        remedy = "`python -m pip install '.[cluster]'` in the checkout, which contains fsspec, or mount the files"
         raise file_problem(address, "is an address, which needs fsspec", remedy) from None
     try:
         return fsspec.core.url_to_fs(address)[0]

@@ -15,7 +15,7 @@ from railui.io.table import write_table
 
 SUFFIXES: Final = (".csv", ".csv.gz", ".parquet")
 PARQUET: Final = ".parquet"
-EXTRA: Final = "pip install 'railui[parquet]'"
+EXTRA: Final = "pip install '.[parquet]' in the checkout"
 
 
 def check_series_file(path: str | Path) -> None:

@@ -93,7 +93,7 @@ def test_xarray_gets_variables_over_time_with_their_units(monkeypatch: pytest.Mo
 def test_an_absent_library_is_named_with_its_remedy(name: str, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, name, None)
     track = railui.Track.synthetic("erri_b176_low", 300.0)
-    with pytest.raises(ImportError, match=rf"needs {name}.*pip install 'railui\[frames\]'"):
+    with pytest.raises(ImportError, match=rf"needs {name}.*pip install '\.\[frames\]'"):
         getattr(track, method)()
 
 

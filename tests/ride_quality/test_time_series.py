@@ -86,7 +86,7 @@ def test_parquet_without_pyarrow_names_the_optional_dependencies(
 ) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
-    with pytest.raises(FileProblems, match=r"pip install 'railui\[parquet\]'"):
+    with pytest.raises(FileProblems, match=r"pip install '\.\[parquet\]'"):
         write_series(tmp_path / "run.parquet", {"t [s]": [0.0]})
     assert run_ride("--speed", "40", "--series", str(tmp_path / "run.parquet")).exit_code == 2
 
