@@ -1,4 +1,4 @@
-"""Maps of the riding quality over two parameters, or over a parameter and the speed."""
+"""Maps of the ride quality over two parameters, or over a parameter and the speed."""
 
 from __future__ import annotations
 

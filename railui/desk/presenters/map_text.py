@@ -1,4 +1,4 @@
-"""Maps of the riding quality: their axes, their values and their texts."""
+"""Maps of the ride quality: their axes, their values and their texts."""
 
 from __future__ import annotations
 
