@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from railui.io.extras import install_extra
+
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-EXTRA: Final = "pip install '.[frames]' in the checkout"
 
 
 def data_frame(
@@ -72,4 +72,4 @@ def optional_module(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise ImportError(f"this needs {name}, which is not installed: {EXTRA}", name=name) from None
+        raise ImportError(f"this needs {name}, which is not installed: {install_extra('frames')}", name=name) from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from railui.cli.invocation import InfoLines, Invocation, usage_error
+from railui.io.extras import install_extra
 
 if TYPE_CHECKING:
     from railui.execution.dask_cluster import DaskRunner
@@ -15,5 +16,5 @@ def connect(scheduler: str, call: Invocation) -> DaskRunner:
     try:
         from railui.execution.dask_cluster import DaskRunner
     except ModuleNotFoundError as error:
-        raise usage_error(f"--scheduler needs {error.name}: pip install '.[cluster]' in the checkout") from None
+        raise usage_error(f"--scheduler needs {error.name}: {install_extra('cluster')}") from None
     return DaskRunner(scheduler, InfoLines(call))

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import click
 
+from railui.io.extras import install_extra
+
 DEFAULT_PORT = 8137
 
 
@@ -44,7 +46,7 @@ def _serve(ctx: click.Context, file: str | None, plain: bool, host: str, port: i
     try:
         from railui.desk.serving import serve, served_words
     except ImportError as error:
-        remedy = "install it with `python -m pip install '.[serve]'` in the checkout"
+        remedy = install_extra("serve")
         raise click.UsageError(f"--serve needs textual-serve ({error}): {remedy}", ctx) from error
     if file is not None and not Path(file).exists():
         raise click.UsageError(f"{file} does not exist", ctx)

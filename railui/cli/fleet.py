@@ -11,6 +11,7 @@ import click
 from railui.cli.cluster import connect
 from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error
 from railui.cli.tables import make_table
+from railui.io.extras import install_extra
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -114,7 +115,7 @@ def export(fleet_file: str, out: str, results: str | None, call: Invocation) -> 
     try:
         files, rows = export_parquet(fleet, store, Path(out))
     except ImportError as error:
-        raise usage_error(f"the export needs {error.name}: pip install '.[parquet]' in the checkout") from None
+        raise usage_error(f"the export needs {error.name}: {install_extra('parquet')}") from None
     finally:
         store.close()
     call.show(f"{rows} rows in {files} files below {out}")

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from railui.fleet.fleet_file import FIELD, Fleet
 from railui.fleet.schema import METADATA, read_time
+from railui.io.extras import install_extra
 from railui.io.problems import Findings, file_problem, suggest_name
 from railui.io.units import UnitError
 from railui.io.yaml_document import load_yaml
@@ -197,7 +198,7 @@ def _file_system(address: str) -> Any:
     try:
         import fsspec
     except ImportError:
-        remedy = "`python -m pip install '.[cluster]'` in the checkout, which contains fsspec, or mount the files"
+        remedy = f"{install_extra('cluster')}, which contains fsspec, or mount the files"
         raise file_problem(address, "is an address, which needs fsspec", remedy) from None
     try:
         return fsspec.core.url_to_fs(address)[0]

@@ -10,12 +10,12 @@ from typing import Final
 from numpy.typing import ArrayLike
 
 from railui.io.atomic import check_file_writable, write_bytes
+from railui.io.extras import install_extra
 from railui.io.problems import file_problem
 from railui.io.table import write_table
 
 SUFFIXES: Final = (".csv", ".csv.gz", ".parquet")
 PARQUET: Final = ".parquet"
-EXTRA: Final = "pip install '.[parquet]' in the checkout"
 
 
 def check_series_file(path: str | Path) -> None:
@@ -37,7 +37,9 @@ def check_series_file(path: str | Path) -> None:
         try:
             import pyarrow.parquet  # noqa: F401
         except ImportError:
-            raise file_problem(path, "Parquet needs pyarrow, which is not installed", EXTRA) from None
+            raise file_problem(
+                path, "Parquet needs pyarrow, which is not installed", install_extra("parquet")
+            ) from None
     check_file_writable(path)
 
 

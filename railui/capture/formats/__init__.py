@@ -12,6 +12,7 @@ import numpy as np
 
 from railui.capture.processing.recording import Recording
 from railui.io.atomic import check_file_writable
+from railui.io.extras import install_extra
 from railui.io.problems import FileProblems, file_problem, refuse_stream
 
 # module of this package that reads or writes each suffix
@@ -75,7 +76,7 @@ def read_recordings(path: str | Path, clock: str | None = None, rate: float | No
     except FileProblems:
         raise
     except ModuleNotFoundError as error:
-        raise file_problem(path, f"needs {error.name}", "pip install '.[formats]' in the checkout") from None
+        raise file_problem(path, f"needs {error.name}", install_extra("formats")) from None
     except Exception as error:  # readers of foreign formats raise any exception
         raise file_problem(
             path, f"cannot be read as {format_name.rstrip('_')}: {type(error).__name__}: {error}", "check the file"
@@ -105,7 +106,7 @@ def write_recording(path: Path, recording: Recording) -> None:
         try:
             write(temporary, recording)
         except ModuleNotFoundError as error:
-            raise ValueError(f"{path.name} needs {error.name}: pip install '.[formats]' in the checkout") from None
+            raise ValueError(f"{path.name} needs {error.name}: {install_extra('formats')}") from None
         except (OSError, ValueError):
             raise
         except Exception as error:  # writers of foreign formats raise any exception
