@@ -90,7 +90,7 @@ class LinearVehicle:
 def linearise(model: Model, speed: float, channels: Sequence[str]) -> LinearVehicle:
     """Return the linear equations of a vehicle with its linear effects at a speed [m/s].
 
-    Central differences of the kernel's state derivatives and channels about zero.
+    The state matrix has the kernel's exact derivatives about zero, the others central differences.
 
     >>> from railui.vehicle.resolve import resolve_model
     >>> vehicle = linearise(resolve_model("designs/check_bogie.yaml"), 40.0, ["e1"])

@@ -29,7 +29,7 @@ def next_run_rows(result: LoopResult, rivals: Sequence[RivalModel]) -> list[dict
     try:
         found = propose_runs(loop)
     except ValueError:
-        return []  # a track that is too short
+        return []  # a track that is too short, or a rival that is unstable at all speeds
     return [run_row(run) for run in found[:SHOWN]]
 
 
