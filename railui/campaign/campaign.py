@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,13 +17,14 @@ from railui.campaign.sensors import read_sensors
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.campaign.stated_noise import read_stated_noise
 from railui.io.atomic import sha256_file
-from railui.io.problems import FileProblems, Findings, Problem
+from railui.io.problems import FileProblems, Findings, Problem, suggest_name
 from railui.io.units import UnitError, quantity
 from railui.io.yaml_file import load_fields
 from railui.runs.columns import RIG_FORMS, Form
 from railui.vehicle.design_reader import Design
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
+from railui.vehicle.load_states import changed_paths
 from railui.vehicle.reference import load_named_design, suggest_file
 
 if TYPE_CHECKING:
@@ -36,12 +37,16 @@ DEFAULT_RIG_CUT_SHARE = 0.02  # of a segment, left out at both of its ends on a 
 
 @dataclass(frozen=True)
 class RunEntry:
-    """A run of a campaign: its file, its role, its name as the campaign file writes it, its conditions by name."""
+    """A run of a campaign: its file, its role, its name as the campaign file writes it, its conditions by name.
+
+    load: state of the design in which the vehicle runs; None: that of the design.
+    """
 
     file: Path
     role: str
     name: str
     conditions: Mapping[str, str] = field(default_factory=dict)
+    load: str | None = None
 
 
 @dataclass(frozen=True)
@@ -132,6 +137,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     paths: tuple[str, ...] = ()
     if design is not None:
         design, paths = read_estimated(data.get("adjust"), data.get("free"), design, findings)
+        _check_loads(runs, design, paths, findings)
     sensors = _sensors(data.get("sensors"), findings, catalogue, kind)
     corrections = read_corrections(data.get("sensors"), kind, [run.name for run in runs], findings)
     check_band(data.get("band"), findings)
@@ -199,7 +205,8 @@ def _runs(directory: Path, raw: Any, findings: Findings) -> tuple[RunEntry, ...]
             )
         with contextlib.suppress(UnitError):  # reported by CampaignModel
             conditions = read_conditions(entry.get("conditions"))
-            runs.append(RunEntry(path, str(entry.get("role")), name, conditions))
+            load = entry.get("load")
+            runs.append(RunEntry(path, str(entry.get("role")), name, conditions, str(load) if load else None))
     _check_conditions(runs, findings)
     _check_roles([run.role for run in runs], findings)
     if isinstance(raw, list) and not raw:
@@ -215,6 +222,18 @@ def _check_conditions(runs: Sequence[RunEntry], findings: Findings) -> None:
             if name not in run.conditions:
                 remedy = "state it for every run, or for none"
                 findings.add(f"runs.{i}", f"has no condition {name!r}, which other runs state", remedy)
+
+
+def _check_loads(runs: Sequence[RunEntry], design: Design, estimated: Collection[str], findings: Findings) -> None:
+    """Report load states that the design lacks, and estimated parameters that a load state changes."""
+    loaded = {i: run.load for i, run in enumerate(runs) if run.load is not None}
+    for i, state in loaded.items():
+        if state not in design.load_states:
+            known = suggest_name(state, design.load_states)
+            remedy = known if design.load_states else "add a `load:` block to the design"
+            findings.add(f"runs.{i}.load", f"no load state {state!r}", remedy)
+    for path in sorted(changed_paths(design) & set(estimated)) if loaded else ():
+        findings.add("adjust", f"{path} is estimated and changes with the load", "leave it out of `adjust:`")
 
 
 def _check_roles(roles: Sequence[str], findings: Findings) -> None:

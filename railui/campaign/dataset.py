@@ -23,11 +23,18 @@ MIN_PART_SAMPLES = 1000  # of a run that is cut for the test
 
 
 def segments_of_run(
-    run: Run, name: str, role: str, kind: known.Form = "bogie", index: int = 0, unknown_lead: float = 0.0
+    run: Run,
+    name: str,
+    role: str,
+    kind: known.Form = "bogie",
+    index: int = 0,
+    unknown_lead: float = 0.0,
+    load: str | None = None,
 ) -> list[Segment]:
     """Cut a run into its usable segments, in their order.
 
     index: that of the run in the campaign. unknown_lead: distance [m] behind the leading wheelset without a record.
+    load: state of the design.
     """
     names = tuple(known.columns_of(kind))
     responses = known.column_names(kind, "response")
@@ -38,7 +45,9 @@ def segments_of_run(
             columns["s"] = distance_from_speed(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in responses or np.all(np.isfinite(x))}
         segments.append(
-            Segment(name, role, number, usable, 1.0 / run.rate, kind, run_index=index, unknown_lead=unknown_lead)
+            Segment(
+                name, role, number, usable, 1.0 / run.rate, kind, run_index=index, unknown_lead=unknown_lead, load=load
+            )
         )
     return segments
 
@@ -139,7 +148,7 @@ def read_dataset(campaign: Campaign) -> Dataset:
                 entry.file, "has no segment left after its corrections", "check the delays of its columns"
             )
         runs.append(run)
-        segments += segments_of_run(run, entry.name, entry.role, kind, index, unknown_lead)
+        segments += segments_of_run(run, entry.name, entry.role, kind, index, unknown_lead, entry.load)
     noise = estimate_noise_model(
         segments, campaign.noise, geometry, campaign.band, campaign.noise_band, campaign.settings.noise
     )

@@ -58,13 +58,14 @@ CONDITIONS = ValueReader(read_conditions, {"type": "object", "additionalProperti
 
 
 class RunModel(Group):
-    """Schema of a run: its file, its role and its conditions."""
+    """Schema of a run: its file, its role, its conditions and the load state of the vehicle."""
 
     file: Text = Field(json_schema_extra={"sample": "file: run_a.csv.gz"})
     role: Annotated[str, choice_reader(ROLES)] = Field(json_schema_extra={"sample": "role: adjust"})
     conditions: Annotated[dict[str, Any], CONDITIONS] = Field(
         default_factory=dict, title="conditions of the run, such as {current: 0.5 A}"
     )
+    load: Text = Field(default="", title="load state of the vehicle on the run, one of its design")
 
 
 class ChannelModel(Group):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,14 @@ from railui.track import Wheelbase, add_track, band_limited_noise, run_table
 COACH_FORCES = known.column_names("bogie", "coach")
 TRACK_COLUMNS = known.column_names("bogie", "track")
 MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one
+
+
+class SegmentKey(NamedTuple):
+    """Full segment of a run: run and number, distance [m] of its middle, and load state (None: the design's)."""
+
+    name: str
+    middle: float
+    load: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +51,8 @@ class Segment:
         Index of the run in the campaign.
     unknown_lead
         Distance [m] behind the leading wheelset over which the track is not known at the start of the run.
+    load
+        Load state of the vehicle; None: that of its design.
     """
 
     file: str
@@ -56,6 +67,7 @@ class Segment:
     truncation_of: Segment | None = None
     run_index: int = 0
     unknown_lead: float = 0.0
+    load: str | None = None
 
     @property
     def samples(self) -> int:
@@ -97,13 +109,14 @@ class Segment:
         return 1.0 if self.is_rig else float(self.columns["v"].mean())
 
     @property
-    def segment_key(self) -> tuple[str, float]:
-        """Run and number of the full segment as a key, and the distance [m] of its middle."""
+    def segment_key(self) -> SegmentKey:
+        """Run and number of the full segment, the distance [m] of its middle, and the load state."""
         source = self.window_of or self.truncation_of
         if source is not None:
             return source.segment_key
         s = self.columns.get("s")
-        return f"{self.run_index}.{self.number}", 0.0 if s is None else float(0.5 * (s[0] + s[-1]))
+        middle = 0.0 if s is None else float(0.5 * (s[0] + s[-1]))
+        return SegmentKey(f"{self.run_index}.{self.number}", middle, self.load)
 
     def table(self, half_wheelbase: Wheelbase, steps: int) -> FloatArray:
         """Return the input table of the segment for a number of RK4 steps per sample, cached."""

@@ -133,7 +133,8 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     runs: list[dict[str, Any]] = []
     for run in campaign.runs:
         conditions = {"conditions": dict(run.conditions)} if run.conditions else {}
-        runs.append({"file": relative_path(run.file, directory), "role": run.role, **conditions})
+        load = {"load": run.load} if run.load else {}
+        runs.append({"file": relative_path(run.file, directory), "role": run.role, **conditions, **load})
     writer.items("runs", runs)
     if campaign.channels:
         with writer.block("channels"):

@@ -109,7 +109,8 @@ class Predictor:
 
 def required_steps(model: Model, segment: Segment) -> int:
     """Number of RK4 steps per sample that a model needs on a segment."""
-    return model.vehicles(segment.coach_forces).required_steps(model.single_batch(), *segment.speeds, segment.dt)[0]
+    batch = model.on_segment(*segment.segment_key).single_batch()
+    return model.vehicles(segment.coach_forces).required_steps(batch, *segment.speeds, segment.dt)[0]
 
 
 def required_steps_each(vehicles: Vehicles, batch: Batch, segment: Segment) -> NDArray[np.int64]:

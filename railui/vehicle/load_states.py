@@ -54,6 +54,11 @@ def _read_changes(name: str, changes: Mapping[str, Any], design: Design, finding
     return values
 
 
+def changed_paths(design: Design) -> set[str]:
+    """Return the paths of the numbers that some load state changes."""
+    return {path for changes in design.load_states.values() for path in changes}
+
+
 def values_in_load_state(design: Design, state: str) -> dict[str, float]:
     """Return the values in a load state; UnitError if it is unknown.
 
@@ -62,6 +67,5 @@ def values_in_load_state(design: Design, state: str) -> dict[str, float]:
     if state not in design.load_states:
         remedy = suggest_name(state, design.load_states) if design.load_states else "add a `load:` block to the design"
         raise UnitError(f"no load state {state!r}", remedy)
-    changed = {path for changes in design.load_states.values() for path in changes}
-    unloaded = {path: design.unloaded_values.get(path, design.values[path]) for path in changed}
+    unloaded = {path: design.unloaded_values.get(path, design.values[path]) for path in changed_paths(design)}
     return {**design.values, **unloaded, **design.load_states[state]}

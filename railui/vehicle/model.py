@@ -17,6 +17,7 @@ from railui.track import Wheelbase, wheelset_distances
 from railui.vehicle.design_reader import Design, PlacedEffect
 from railui.vehicle.kernel_layout import kernel_layout
 from railui.vehicle.kernel_rows import effect_row, kernel_placement, parameter_paths, parameter_values, rig_input
+from railui.vehicle.load_states import changed_paths, values_in_load_state
 from railui.vehicle.multibody import position_terms
 from railui.vehicle.profile_tables import with_tables
 
@@ -127,8 +128,8 @@ class Model:
         """Return the number at a path, or the phase of a segment."""
         return self.phases[path] if "@" in path else float(self.row[self.columns[path]])
 
-    def on_segment(self, segment: str, middle: float) -> Model:
-        """Return the vehicle with its phases on a segment.
+    def on_segment(self, segment: str, middle: float, load: str | None = None) -> Model:
+        """Return the vehicle with its phases and its load on a segment.
 
         Parameters
         ----------
@@ -136,16 +137,31 @@ class Model:
             Run and segment, such as "1.0".
         middle : float
             Distance s in the middle of the segment [m].
+        load : str, optional
+            Load state; that of the design by default.
         """
         row = self.row[None].copy()
-        self.set_phases(row, segment, middle)
+        self.set_on_segment(row, segment, middle, load)
         paths = [p.partition("@")[0] for p in self.phases if p.endswith(f"@{segment}")]
+        paths += self.values_in_load(load)
         return self.with_path_values(paths, row[0, [self.columns[p] for p in paths]]) if paths else self
 
-    def set_phases(
-        self, rows: FloatArray, segment: str, middle: float, angles: Mapping[str, FloatArray] | None = None
+    def values_in_load(self, load: str | None) -> dict[str, float]:
+        """Return the numbers that differ between load states, by path, in one of them; empty for None."""
+        if load is None:
+            return {}
+        values = values_in_load_state(self.design, load)
+        return {path: values[path] for path in sorted(changed_paths(self.design))}
+
+    def set_on_segment(
+        self,
+        rows: FloatArray,
+        segment: str,
+        middle: float,
+        load: str | None = None,
+        angles: Mapping[str, FloatArray] | None = None,
     ) -> None:
-        """Set the phases of a segment in rows [n, row], in place.
+        """Set the phases and the load of a segment in rows [n, row], in place.
 
         The phase of each row is such that s/r_e + phase in the middle of the segment is the given angle.
 
@@ -156,9 +172,13 @@ class Model:
             Run and segment.
         middle : float
             Distance s in the middle of the segment [m].
+        load : str, optional
+            Load state; that of the design by default.
         angles : mapping, optional
             Angles [n] by path that replace those of `phases` [rad].
         """
+        for path, value in self.values_in_load(load).items():
+            rows[:, self.columns[path]] = value
         for path, angle in self.phases.items():
             phase_path, _, phase_segment = path.partition("@")
             if phase_segment == segment:

@@ -59,7 +59,8 @@ def cross_level_shares(model: Model, segment: Segment) -> FloatArray:
 
 def _simulate(model: Model, segment: Segment, names: Sequence[str]) -> FloatArray | None:
     """Simulate the channels [channel, n] of a segment; None where the vehicle diverges."""
-    vehicles, batch = model.vehicles(segment.coach_forces), model.single_batch()
+    vehicles = model.vehicles(segment.coach_forces)
+    batch = model.on_segment(*segment.segment_key).single_batch()
     steps = vehicles.required_steps(batch, *segment.speeds, segment.dt)[0]
     table = segment.table(model.wheelset_spacing(), steps)
     series, diverged = vehicles.simulate(batch, table, segment.dt, steps, list(names), jobs=1)

@@ -45,6 +45,7 @@ def compare_with_nominal(model: Model, segment: Segment, channels: Sequence[str]
     if not names or part.samples < 3 * length:
         return []
     vehicles = model.vehicles(segment.coach_forces)
+    model = model.on_segment(*segment.segment_key)
     steps = vehicles.required_steps(model.single_batch(), *segment.speeds, segment.dt)[0]
     table = part.table(model.wheelset_spacing(), steps)
     series, diverged = vehicles.simulate(model.single_batch(), table, segment.dt, steps, names, jobs=1)

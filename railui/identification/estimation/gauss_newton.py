@@ -77,7 +77,7 @@ class GaussNewton:
         rows[:, self.columns] = x[:, self.shared]
         if segment is not None:
             angles = {p: x[:, j] for j, p in enumerate(self.free.paths) if "@" in p}
-            self.model.set_phases(rows, *segment.segment_key, angles)
+            self.model.set_on_segment(rows, *segment.segment_key, angles)
         return rows
 
     def simulate(self, target: FitSegment, x: FloatArray, table: FloatArray | None = None) -> Simulation:
@@ -110,17 +110,17 @@ class GaussNewton:
             return False
         if not self.stable or not self.model.design.is_on_track:
             return True
-        rows = self.rows(x[None])
-        speeds = {v for t in self.segments if not t.is_window for v in t.segment.speeds}
-        growth = max((self.model.growth_rate(v, rows) for v in speeds), default=-np.inf)
+        whole = [t.segment for t in self.segments if not t.is_window]
+        cases = {(v, s.load): s for s in whole for v in s.speeds}
+        growth = max((self.model.growth_rate(v, self.rows(x[None], s)) for (v, _), s in cases.items()), default=-np.inf)
         if growth > self.settings.max_growth_rate:
             self.constrained = True
         return growth <= self.settings.max_growth_rate
 
     def _steps_suffice(self, x: FloatArray) -> bool:
         """True unless a vehicle needs more integration steps than a fit may take."""
-        batch = self.model.batch(self.rows(x[None]))
         for t in self.segments:
+            batch = self.model.batch(self.rows(x[None], t.segment))
             vehicles = self.model.vehicles(t.segment.coach_forces)
             steps = required_steps_each(vehicles, batch, t.segment)[0]
             if not 0 <= steps <= max(self.settings.max_steps_per_sample, t.steps, t.required_steps):

@@ -56,7 +56,8 @@ def may_hunt(model: Model, segment: Segment) -> bool:
     """True for a vehicle of bodies that hunts on a segment, bounded by creep or flanges, or is fitted as if it did."""
     if model.design.structure is None or not model.limits_hunting:
         return False
-    return segment.window_of is not None or max(model.growth_rate(v) for v in segment.speeds) > 0.0
+    on_segment = model.on_segment(*segment.segment_key)
+    return segment.window_of is not None or max(on_segment.growth_rate(v) for v in segment.speeds) > 0.0
 
 
 def estimate_phases(context: Context, model: Model, segment: Segment) -> Model:
@@ -197,8 +198,8 @@ class _InitialStateProblem:
         starts = np.tile(state, (len(lanes), 1))
         starts[1 : count + 1, :count] += np.diag(DIFFERENCE_STEP * self.scale)
         rows = np.tile(model.row, (len(lanes), 1))
-        where, middle = self.segment.segment_key
-        model.set_phases(rows, where, middle, {f"{p}@{where}": tried[lanes, k] for k, p in enumerate(rotating)})
+        key = self.segment.segment_key
+        model.set_on_segment(rows, *key, {f"{p}@{key.name}": tried[lanes, k] for k, p in enumerate(rotating)})
         batch = model.batch(rows)
         batch.amounts[:, [int(p.split(".")[1]) for p in rotating]] = active[lanes]
         series, diverged = self.predictor.simulate(

@@ -24,7 +24,8 @@ SegmentKey = tuple[str, int]
 
 def max_growth_rate(model: Model, segment: Segment) -> float:
     """Growth rate [1/s] of the least damped small motion at the speeds of a segment; negative: it decays."""
-    return max(model.growth_rate(v) for v in segment.speeds)
+    on_segment = model.on_segment(*segment.segment_key)
+    return max(on_segment.growth_rate(v) for v in segment.speeds)
 
 
 def unstable_segments(model: Model, segments: Sequence[Segment], limit: float) -> set[SegmentKey]:

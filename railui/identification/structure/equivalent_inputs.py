@@ -236,7 +236,8 @@ def impulse_responses(
     force = [PULSE_FORCE * f for _, f in pulse]
     table = input_table(t, v * t, np.full(n, v), np.zeros(n), None, None, fit.model.wheelset_spacing(), target.steps)
     row = core.effect_numbers("measured_force", {"motion": positions, "force": force})
-    batch = fit.model.batch(np.tile(fit.model.row, (2, 1)), np.array([row, row]), np.array([[1.0], [0.0]]))
+    row_on_segment = fit.model.on_segment(*segment.segment_key).row
+    batch = fit.model.batch(np.tile(row_on_segment, (2, 1)), np.array([row, row]), np.array([[1.0], [0.0]]))
     predictor = Predictor(fit.model, segment, target.steps)
     responses: dict[Port, FloatArray] = {}
     for at, wheelset in ports:

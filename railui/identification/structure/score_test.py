@@ -182,9 +182,9 @@ class ScoreTest:
     ) -> list[ScoreResult]:
         """Score periodic effects at the phases that explain most; series alternate sine and cosine."""
         keys = [t.segment.segment_key for t in self.fit.segments]
-        middles = dict(keys)
+        middles = {key.name: key.middle for key in keys}
         phases = self._phases(series)  # [lane, full segment], at distance 0
-        index = [list(middles).index(key) for key, _ in keys]
+        index = [list(middles).index(key.name) for key in keys]
 
         def combined(quadrature: float) -> list[FloatArray]:
             angles = [phases[:, i, None, None] + quadrature for i in index]

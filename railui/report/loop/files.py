@@ -58,7 +58,8 @@ def calibrated_design(result: LoopResult) -> Design:
         tuple(fit.free.paths[i] for i in estimated),
         tuple(tuple(float(x) for x in row) for row in 0.5 * (covariance + covariance.T)),
     )
-    model = fit.model.on_segment(*result.dataset.estimation[0].segment_key)  # phases of the first run
+    first = result.dataset.estimation[0].segment_key
+    model = fit.model.on_segment(first.name, first.middle)  # phases of the first run, the design's load
     return replace(model.design, name=f"{campaign.design.name}, calibrated on {campaign.name}", adjustment=adjustment)
 
 

@@ -46,7 +46,7 @@ def segment_text(phase: Mapping[str, Any]) -> str:
 
 def _phase_sd(fit: Fit, path: str, segment: Segment) -> float | None:
     """Return the standard deviation at s = 0 of phase = angle in the middle - middle/r_e; None where not fitted."""
-    key, middle = segment.segment_key
+    key, middle, _ = segment.segment_key
     radius = f"{path.rpartition('.')[0]}.{RADIUS}"
     slopes = {f"{path}@{key}": 1.0, radius: middle / fit.model.value(radius) ** 2}
     if f"{path}@{key}" not in fit.free.paths:

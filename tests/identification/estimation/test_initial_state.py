@@ -112,7 +112,7 @@ def test_the_score_test_estimates_the_phase_of_every_run():
     assert first.candidate.shapes[first.shape]["rolling_radius"] == pytest.approx(0.4613, rel=1.1e-3)
     assert first.amount * first.candidate.shapes[first.shape]["force"] == pytest.approx(2500.0, rel=0.1)
     for segment, run in zip(case.dataset.estimation, "ab", strict=True):
-        where, middle = segment.segment_key
+        where, middle, _ = segment.segment_key
         assert angle_between(first.phases[where], middle / 0.4613 + true_phases(case, run)[0]) < 0.2
 
 
