@@ -53,9 +53,7 @@ class NoiseSpectrum:
         series = self.white * rng.standard_normal(samples)
         for corner, sd in self.coloured:
             rho = float(np.exp(-2.0 * np.pi * corner * dt))
-            start = rho * rng.standard_normal()
-            driven = sosfilt(
-                np.array([[np.sqrt(1.0 - rho**2), 0.0, 0.0, 1.0, -rho, 0.0]]), rng.standard_normal(samples)
-            )
-            series += sd * (driven + start * rho ** np.arange(samples))
+            start = np.array([rho * rng.standard_normal(), 0.0])
+            section = np.array([[np.sqrt(1.0 - rho**2), 0.0, 0.0, 1.0, -rho, 0.0]])
+            series += sd * sosfilt(section, rng.standard_normal(samples), start)
         return series
