@@ -92,17 +92,21 @@ def truth_of(case: PlantedCase, campaign: Campaign) -> Truth:
 
 
 def run_case(
-    case: PlantedCase, truth: Truth, folder: Path, excluded: bool = False
+    case: PlantedCase, truth: Truth, folder: Path, excluded: bool = False, threads: int = 1
 ) -> tuple[TrialRow, LoopResult | None]:
-    """Run the loop on a campaign of a trial; excluded: run it repeated with the planted effects excluded."""
+    """Run the loop on a campaign of a trial; excluded: run it repeated with the planted effects excluded.
+
+    The times of the row are those of reading the runs and of the loop on so many threads.
+    """
     start, cpu_start = time.perf_counter(), time.process_time()
     identity = (case.order.seed, case.sort, case.text, case.nuisance)
     try:
         dataset = read_dataset(load_campaign(folder))
-        result = close_loop(dataset, jobs=1)
+        result = close_loop(dataset, jobs=threads)
+        seconds, cpu = time.perf_counter() - start, time.process_time() - cpu_start
         row = assess(case, result)
         faults = "; ".join(fault.text for fault in diagnose(dataset).serious)
-        row = replace(row, data_fault=faults, seconds=time.perf_counter() - start, cpu=time.process_time() - cpu_start)
+        row = replace(row, data_fault=faults, seconds=seconds, cpu=cpu)
         row = replace(row, sensors=case.sensors, scores=_scores(row, case, truth, result))
         if case.sort in ("catalogue", "two", "three"):
             row = replace(row, oracle=oracle_error(create_context(dataset, jobs=1), truth))

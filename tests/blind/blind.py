@@ -24,24 +24,24 @@ from tests.blind.table import HEAD, format_row, totals, write_section
 from tests.trial_rows import append_rows, read_rows
 from tests.truth.campaign import Campaign, campaign, campaigns, write
 
-Job = tuple[tuple[PlantedCase, ...], Path, float, bool]
+Job = tuple[tuple[PlantedCase, ...], Path, float, bool, int]
 
 
 def run_job(job: Job) -> list[TrialRow]:
     """Run the loop on the cases of a group; for detection limits, also with effects of the stated size."""
-    cases, directory, deadline, repeat = job
+    cases, directory, deadline, repeat, threads = job
     if time.time() > deadline:
         return []
-    done = list(_run_all(cases, directory, deadline, repeat))
+    done = list(_run_all(cases, directory, deadline, repeat, threads))
     rows = [row for _, row, _ in done]
     stated = [(case, limits) for case, _, result in done if result is not None and (limits := _limits(case, result))]
     for planted in _planted_cases(stated):
-        rows += [row for _, row, _ in _run_all(planted, directory, deadline, repeat=False)]
+        rows += [row for _, row, _ in _run_all(planted, directory, deadline, False, threads)]
     return rows
 
 
 def _run_all(
-    cases: Sequence[PlantedCase], directory: Path, deadline: float, repeat: bool
+    cases: Sequence[PlantedCase], directory: Path, deadline: float, repeat: bool, threads: int
 ) -> Iterator[tuple[PlantedCase, TrialRow, LoopResult | None]]:
     if time.time() > deadline:
         return
@@ -49,7 +49,7 @@ def _run_all(
         if truth is not None and time.time() <= deadline:
             folder = directory / f"{case.order.name} {case.text}".replace(" ", "_").replace(",", "")
             write(truth, folder)
-            row, result = run_case(case, truth_of(case, truth), folder, excluded=repeat)
+            row, result = run_case(case, truth_of(case, truth), folder, excluded=repeat, threads=threads)
             yield case, row, result
 
 
@@ -91,13 +91,18 @@ def _planted_cases(stated: Sequence[tuple[PlantedCase, Limits]]) -> Iterator[lis
 
 
 def run_trial(
-    groups: Sequence[tuple[PlantedCase, ...]], directory: Path, minutes: float, processes: int, repeat: bool
+    groups: Sequence[tuple[PlantedCase, ...]],
+    directory: Path,
+    minutes: float,
+    processes: int,
+    repeat: bool,
+    threads: int = 1,
 ) -> Iterator[list[TrialRow]]:
-    """Run the groups in processes and yield the rows of each as it finishes."""
+    """Run the groups in processes, each loop on so many threads, and yield the rows of each as it finishes."""
     deadline = time.time() + 60.0 * minutes
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the processes inherit it
-    jobs = [(group, directory, deadline, repeat) for group in groups]
+    jobs = [(group, directory, deadline, repeat, threads) for group in groups]
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
         yield from pool.imap_unordered(run_job, jobs)
 
@@ -119,6 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--seconds", type=float, nargs=2, default=(70.0, 45.0), help="length of both runs")
     p.add_argument("--minutes", type=float, default=60.0, help="start no campaign after this time")
     p.add_argument("--processes", type=int, default=2, choices=(1, 2))
+    p.add_argument("--threads", type=int, default=1, help="of each loop; for its use of two cores with --processes 1")
     p.add_argument("--repeat", action="store_true", help="repeat right results with the planted effect excluded")
     p.add_argument("--keep", type=Path, metavar="DIR", help="keep the campaigns in this directory")
     p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append the rows of each group as it finishes")
@@ -131,7 +137,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with tempfile.TemporaryDirectory() as scratch:
         print(HEAD, flush=True)
         directory = options.keep or Path(scratch)
-        for found in run_trial(groups, directory, options.minutes, options.processes, options.repeat):
+        trial = run_trial(groups, directory, options.minutes, options.processes, options.repeat, options.threads)
+        for found in trial:
             print("".join(f"{format_row(row)}\n" for row in found), end="", flush=True)
             rows += found
             if options.output and found:
