@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -328,6 +329,7 @@ def run_loop(
     budget: float | None = None,
 ) -> Loop:
     """Calibrate the model of a campaign and identify unmodelled effects; parameters and exceptions as `railui.loop`."""
+    started = time.perf_counter()
     dataset = as_campaign(campaign).dataset
     checked = examine_data(dataset, correct=correct, accept_data=accept_data, progress=progress)
     if checked.is_stopped:
@@ -338,7 +340,7 @@ def run_loop(
         seed=seed,
         jobs=jobs,
         progress=progress,
-        budget=budget,
+        budget=None if budget is None else max(started + budget - time.perf_counter(), 0.0),
         diagnosis=checked.remaining,
     )
     return Loop(loop_report(result, checked), checked, result)

@@ -14,6 +14,10 @@ from railui.progress import SILENT, Progress
 from railui.vehicle.model import Model
 
 
+class OutOfTimeError(Exception):
+    """The time budget ended within a stage that has no result yet."""
+
+
 @dataclass(frozen=True, eq=False)
 class Context:
     """Dataset, nominal model, settings and options of an identification.
@@ -45,6 +49,15 @@ class Context:
     def is_out_of_time(self) -> bool:
         """True where the time budget is spent; what a stage has then is its result."""
         return self.deadline is not None and time.perf_counter() >= self.deadline
+
+    def check_time(self) -> None:
+        """Raise OutOfTimeError where the time budget is spent."""
+        if self.is_out_of_time:
+            raise OutOfTimeError
+
+    def without_deadline(self) -> Context:
+        """Return the same context without a time budget, for what follows the search."""
+        return replace(self, deadline=None)
 
     @property
     def campaign(self) -> Campaign:

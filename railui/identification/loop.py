@@ -85,11 +85,8 @@ def close_loop(
     progress.event(ModelValidated("before", base.validation))
     selection = StepwiseSelection(context).select_effects(base.fit, base.validation, base.windowed)
     result = _conclude(context, base, selection)
-    conditions = None if context.is_out_of_time else dependence_on_conditions(context, selection.fit)
-    seconds = time.perf_counter() - started
-    return replace(
-        result, findings=findings, seconds=seconds, is_out_of_time=context.is_out_of_time, conditions=conditions
-    )
+    conditions = None if result.is_out_of_time else dependence_on_conditions(result.context, selection.fit)
+    return replace(result, findings=findings, seconds=time.perf_counter() - started, conditions=conditions)
 
 
 class _Base(NamedTuple):
@@ -125,7 +122,8 @@ def _calibrated_base(context: Context, nominal: Validation) -> _Base:
 class _Examination(NamedTuple):
     """Residual of the selected effects: its evidence, a discrepancy, and whether the error is that of noise.
 
-    context: with the track noise that the residual has, where has_track_noise.
+    context: without a time budget, and with the track noise that the residual has, where has_track_noise.
+    is_out_of_time: whether the budget ended before the search for effects and discrepancies did.
     """
 
     context: Context
@@ -134,15 +132,16 @@ class _Examination(NamedTuple):
     is_adequate: bool
     is_noise: bool
     has_track_noise: bool
+    is_out_of_time: bool
 
 
 def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult:
     """Examine what the selected effects leave, validate on the whole runs, test, and give the verdict."""
     validation_fit = prepare_validation(context, selection.fit)
     examination = _examine(context, base, selection, validation_fit)
-    context, discrepancy = examination.context, examination.discrepancy
+    context, discrepancy, is_cut = examination.context, examination.discrepancy, examination.is_out_of_time
     runs = context.dataset.validation
-    fit = _final_fit(context, base, selection, discrepancy)
+    fit = _final_fit(context, base, selection, discrepancy, is_cut=is_cut)
     base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
     validations = {
         "declared": validate(context, context.nominal, runs),
@@ -161,14 +160,14 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         is_adequate=examination.is_adequate,
         has_discrepancy=discrepancy is not None
         or freed_members_lower_error(context, selection.freed, selection.validation)
-        or (context.is_out_of_time and not examination.is_noise),
+        or (is_cut and not examination.is_noise),
     )
     context.progress.message(
         f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"
     )
     test, predicted_gains = run_both(
         lambda: run_independent_test(context, base_fit, fit, discrepancy),
-        lambda: predict_validation_gain(context, validation_fit, scores),
+        lambda: {} if is_cut else predict_validation_gain(context, validation_fit, scores),
         context.jobs,
     )
     return LoopResult(
@@ -187,7 +186,8 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         windowed=base.windowed,
         is_failed_fit=base.is_failed,
         has_track_noise=examination.has_track_noise,
-        left_out=tuple(leave_one_run_out(context, selection.fit, validation_fit)),
+        is_out_of_time=is_cut,
+        left_out=() if is_cut else tuple(leave_one_run_out(context, selection.fit, validation_fit)),
         predicted_gains=predicted_gains,
         freed=selection.freed,
     )
@@ -204,6 +204,7 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
     discrepancy = None
     if not freed_members_lower_error(context, selection.freed, selection.validation, floor):
         discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
+    is_out_of_time = context.is_out_of_time
     with_noise = None
     if discrepancy is not None and may_be_track_noise(context, discrepancy):
         with_noise = with_track_noise(context, selection.fit.model, selection.validation, floor)
@@ -212,16 +213,21 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
             context.progress.message(f"track noise of {1e3 * context.noise['yw']:.2g} mm (yw) explains the residual")
     ratio = selection.validation.nrmse / floor.nrmse
     is_noise = ratio <= settings.unexplained_ratio or evidence.is_noise
-    return _Examination(
-        context, evidence, discrepancy, ratio <= settings.adequate_ratio, is_noise, with_noise is not None
-    )
+    is_adequate, has_track_noise = ratio <= settings.adequate_ratio, with_noise is not None
+    context = context.without_deadline()
+    return _Examination(context, evidence, discrepancy, is_adequate, is_noise, has_track_noise, is_out_of_time)
 
 
-def _final_fit(context: Context, base: _Base, selection: Selection, discrepancy: Discrepancy | None) -> Fit:
-    """Return the fit of a discrepancy that lowers the error without effects, or that of the last step."""
+def _final_fit(
+    context: Context, base: _Base, selection: Selection, discrepancy: Discrepancy | None, *, is_cut: bool
+) -> Fit:
+    """Return the fit of a discrepancy that lowers the error without effects, or that of the last step.
+
+    is_cut: the time budget is spent, and the last step of the estimation is left out.
+    """
     if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
         return discrepancy.fit
-    if (discrepancy is None or discrepancy.fit is not selection.fit) and not base.is_failed:
+    if (discrepancy is None or discrepancy.fit is not selection.fit) and not base.is_failed and not is_cut:
         return final_estimates(context, selection.fit, selection.validation)
     return selection.fit
 

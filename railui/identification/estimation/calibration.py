@@ -50,6 +50,8 @@ def calibrate(context: Context) -> Fit:
     fit = fit_output_error(context, start, paths, segments=prepared, stable=not bounded, tolerance=COARSE_TOLERANCE)
     if cut and slips(context, fit):
         fit = _refit_from_short_windows(context, fit, start)
+    if context.is_out_of_time:
+        return fit
     context.progress.message(
         f"estimated {len(paths)} parameters in {fit.iterations} iterations; estimating again with renewed noise weights"
     )

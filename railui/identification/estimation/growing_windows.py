@@ -121,6 +121,8 @@ def follow_motion(
     followed = shortest
     spent = 0 if shortest is None else shortest.simulations
     for duration in window_durations(context.settings.windows, segments, _window_duration(shortest)):
+        if followed is not None and context.is_out_of_time:
+            break
         fit = fit_on_windows(context, model if followed is None else followed.model, paths, segments, duration)
         spent += 0 if fit is None else fit.simulations
         if fit is None or (followed is not None and not follows(context, fit)):
@@ -143,7 +145,7 @@ def lengthen_windows(
     """
     followed, is_first = model, True
     for duration in window_durations(context.settings.windows, segments):
-        if duration >= longest:
+        if duration >= longest or context.is_out_of_time:
             break
         fit = fit_on_windows(context, followed, paths, segments, duration)
         if fit is None or not (is_first or follows(context, fit)):
@@ -195,7 +197,12 @@ def leave_wrong_minimum(context: Context, before: Fit) -> tuple[Fit, Fit | None]
         return before, None
     starts = [context.nominal, before.model]
     starts += [context.nominal.with_path_values(paths, x) for x in modulating_starts(context.nominal, segments, paths)]
-    tries = [f for m in starts if (f := fit_on_windows(quiet, m, paths, segments, durations[0])) is not None]
+    tries: list[Fit] = []
+    for model in starts:
+        if context.is_out_of_time:
+            break
+        fit = fit_on_windows(quiet, model, paths, segments, durations[0])
+        tries += [] if fit is None else [fit]
     spent = before.simulations + sum(f.simulations for f in tries)
     if not tries:
         return before, None

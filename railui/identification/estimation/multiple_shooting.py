@@ -74,7 +74,7 @@ def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
     if not context.nominal.design.is_on_track or context.nominal.limits_hunting:
         return before, None
     cut = _segments_near_limit(context, before)
-    if not cut:
+    if not cut or context.is_out_of_time:
         return before, None
     try:
         return _refit_on_windows(context, before, cut)
@@ -124,7 +124,7 @@ def _fit_windows(context: Context, cut: set[SegmentKey]) -> tuple[Fit, int]:
         fit = fit_output_error(context, model, paths, segments=prepared, stable=False, tolerance=COARSE_TOLERANCE)
         model, spent = fit.model, spent + fit.simulations
         more = unstable_segments(fit.model, segments, context.settings.calibration.max_growth_rate) - cut
-        if not more:
+        if not more or context.is_out_of_time:
             break
         cut = cut | more
     return fit, spent

@@ -21,8 +21,8 @@ def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep
     previous: the model before the last effect was added; None where it was one of a pair, whose halves are judged
     each without the other.
     """
-    removed = not context.is_out_of_time
-    while removed:
+    removed = True
+    while removed and not context.is_out_of_time:
         removed = False
         added = [i for i, s in enumerate(steps) if s.added]
         for i in added if len(added) > 1 else ():

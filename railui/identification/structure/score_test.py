@@ -156,6 +156,7 @@ class ScoreTest:
 
     def _score_batch(self, batch: CandidateBatch) -> list[ScoreResult]:
         """Score every lane of a batch."""
+        self.context.check_time()
         series, is_valid = self.differences(batch)
         if batch.members[0].has_phase:
             return self._score_periodic(batch, series, is_valid[::2] & is_valid[1::2])

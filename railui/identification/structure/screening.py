@@ -144,6 +144,7 @@ class ScreeningFits:
 
     def fit_together(self, effects: Sequence[PlacedEffect]) -> Fit | None:
         """Fit several effects at once from one starting point; None where they cannot be simulated."""
+        self.context.check_time()
         fit = self._start(*((effect, {}) for effect in effects))
         return None if fit is None else self._iterate(fit, RIG_ITERATIONS if self.is_rig else SLOW_ITERATIONS)
 
@@ -175,6 +176,7 @@ class ScreeningFits:
         return map_threads(work, items, self.context.jobs)
 
     def _start_element(self, s: ScoreResult) -> Fit | None:
+        self.context.check_time()
         c, strength = s.candidate, str(s.candidate.strength)
         effect = c.effect_with({strength: self.settings.absorbed_start * c.shapes[0][strength]})
         fit = self._start((effect, {}), base=self._nominal())
@@ -183,6 +185,7 @@ class ScreeningFits:
 
     def _first_iterations(self, scores: ScoreTestResult, s: ScoreResult) -> Fit | None:
         """Best fit after the first iterations from every starting point; None where none can be simulated."""
+        self.context.check_time()
         points = starting_points(self.settings, scores, s)
         fits = [self._start(point) for point in points]
         # a rig costs little, and a hunting vehicle without a bounding effect diverges: from the nominal model as well
@@ -195,6 +198,7 @@ class ScreeningFits:
 
     def _continue_if_close(self, s: ScoreResult, fit: Fit) -> Fit:
         """Continue a fit that may still become the best; slow ones get more iterations and a wider limit."""
+        self.context.check_time()
         rss, least = fit.normal.rss, self.least_rss
         if self.is_rig:  # costs little, and the speed of slip or the gap may be far from any of the shapes
             near = rss <= self.settings.give_up_ratio_memory * self.rss_without_effect

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from railui.campaign.settings.detection import ScoreTestSettings
-from railui.identification.context import Context
+from railui.identification.context import Context, OutOfTimeError
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.growing_windows import follow_motion, follows
 from railui.identification.estimation.initial_state import estimate_initial_state
@@ -83,10 +83,15 @@ class StepwiseSelection:
         self.freed: list[tuple[Fit, FreedGroups]] = []
 
     def run_score_test(self, fit: Fit) -> ScoreTestResult:
-        """Score every candidate against the residual of a fit."""
-        context, settings = self.context, self.context.settings.score_test
-        if context.is_out_of_time:
+        """Score every candidate against the residual of a fit; no result where the time budget ends before."""
+        try:
+            return self._score_candidates(fit)
+        except OutOfTimeError:
             return NO_SCORE_TEST
+
+    def _score_candidates(self, fit: Fit) -> ScoreTestResult:
+        context, settings = self.context, self.context.settings.score_test
+        context.check_time()
         loaded = context.campaign.track == "loaded"
         segments = context.dataset.estimation
         # at rest a rig that swings freely would not move, nor would a vehicle without excitation
@@ -179,7 +184,10 @@ class StepwiseSelection:
             if is_done or not has_structure(self.context.settings.score_test, step.score_test):
                 continue
             fit = path.stages[base].fit if base else path.start
-            pairs, search = self._refit_best_pairs(fit, step.score_test)
+            try:
+                pairs, search = self._refit_best_pairs(fit, step.score_test)
+            except OutOfTimeError:
+                return None
             path.steps[base] = replace(step, pairs=search)
             stage = None if pairs is None else self._pair_stage(fit, pairs)
             if pairs is None or stage is None or not self._gains(accepted, stage):
@@ -238,7 +246,10 @@ class StepwiseSelection:
         if unstructured and not nrmse > settings.unexplained_ratio * floor.nrmse:
             return SelectionStep(scores, (), None), None
         with_absorbed = bool(nrmse > settings.absorbed_ratio * floor.nrmse)
-        refits, chosen, fit = self._best_candidate(current, scores, with_absorbed)
+        try:
+            refits, chosen, fit = self._best_candidate(current, scores, with_absorbed)
+        except OutOfTimeError:
+            return SelectionStep(scores, (), None), None
         if chosen is None or fit is None:
             return SelectionStep(scores, refits, None), None
         stage = self._validated(fit)
@@ -261,6 +272,8 @@ class StepwiseSelection:
         limit = (1.0 - self.context.settings.score_test.structured_rho2) * current.normal.rss
         best: tuple[Refit, Stage] | None = None
         for refit in [r for r in refits if r is not chosen and r.rss <= limit][: self.settings.runners_up]:
+            if self.context.is_out_of_time:
+                break
             try:
                 fit = self._final_fit(refit.fit)
                 if fit.model.design.form == "rig":  # it was given up early; laws of one damping converge slowly

@@ -1,0 +1,67 @@
+"""Time budget of the loop: each stage ends where the clock says so, with the best answer so far."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import Dataset, read_dataset
+from railui.core import Vehicles
+from railui.identification import context as context_module
+from railui.identification.context import OutOfTimeError, create_context
+from railui.identification.loop import close_loop
+from railui.report.loop.data import loop_report
+
+BUNDLED = Path(__file__).parents[2] / "designs" / "campaigns" / "worn_axle_box"
+MAX_CALLS_AFTER_END = 75  # of the kernel: noise floors, validations and the independent test; a whole loop makes 600
+
+
+class CountingClock:
+    """Clock that advances by a second at every reading, so that a budget ends at the same check on any machine."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def perf_counter(self) -> float:
+        """Return the time [s]."""
+        self.now += 1.0
+        return self.now
+
+
+@pytest.fixture(scope="module")
+def dataset() -> Dataset:
+    """The bundled campaign, read once."""
+    return read_dataset(load_campaign(BUNDLED))
+
+
+# in the calibration, in the score test, and after the effect was found
+@pytest.mark.parametrize(("checks", "verdict"), [(3, "outside"), (100, "outside"), (150, "effect")])
+def test_a_budget_ends_every_stage(dataset: Dataset, monkeypatch: pytest.MonkeyPatch, checks: int, verdict: str):
+    clock = CountingClock()
+    calls_after_end = 0
+    simulate = Vehicles.simulate
+
+    def counted(self: Vehicles, *args: Any, **options: Any) -> Any:
+        nonlocal calls_after_end
+        calls_after_end += clock.now > 1.0 + checks
+        return simulate(self, *args, **options)
+
+    monkeypatch.setattr(context_module, "time", clock)
+    monkeypatch.setattr(Vehicles, "simulate", counted)
+    result = close_loop(dataset, jobs=1, budget=float(checks))
+    assert result.is_out_of_time and result.verdict == verdict
+    assert calls_after_end <= MAX_CALLS_AFTER_END
+    assert result.validations["after"].nrmse <= result.validations["declared"].nrmse
+    report = loop_report(result)
+    assert report["out_of_time"] and report["sentence"].startswith("The time budget ended before the search")
+
+
+def test_the_search_alone_has_a_deadline(dataset: Dataset):
+    spent = create_context(dataset, budget=0.0)
+    assert spent.is_out_of_time and not spent.without_deadline().is_out_of_time
+    with pytest.raises(OutOfTimeError):
+        spent.check_time()
+    spent.without_deadline().check_time()
