@@ -5,8 +5,9 @@ use divan::counter::ItemsCount;
 use railui_core::batch::{StatisticsRequest, VehicleBatch, rates, score};
 use railui_core::effects::Law;
 use railui_core::integrate::comparison::{Filter, filtered};
+use railui_core::integrate::recorder::Series;
 use railui_core::rate::input_table::InputTable;
-use railui_core::simd::{LANES, Lanes, level};
+use railui_core::simd::{LANES, level};
 use railui_core::vehicle::kinds::VehicleKind;
 use railui_core::vehicle::structure::{Placed, Structure};
 use std::sync::atomic::AtomicBool;
@@ -152,7 +153,13 @@ fn rates_once(bencher: Bencher<'_, '_>) {
 /// Channels of a comparison: forwards and backwards through four sections, every fourth sample used.
 #[divan::bench]
 fn filter(bencher: Bencher<'_, '_>) {
-    let series: Vec<Lanes> = (0..SAMPLES).map(|i| Lanes::from_fn(|l| (0.01 * (i * (l + 1)) as f64).sin())).collect();
+    let mut series = Series::new(1, SAMPLES, LANES);
+    for (i, sample) in series.channel_mut(0).chunks_exact_mut(LANES).enumerate() {
+        for (l, x) in sample.iter_mut().enumerate() {
+            *x = (0.01 * (i * (l + 1)) as f64).sin();
+        }
+    }
+    let mut out = vec![0.0; LANES * SAMPLES.div_ceil(4)];
     let filter = Filter {
         sos: vec![[0.2, 0.3, 0.1, 1.0, -0.5, 0.2]; 4],
         zi: vec![[0.1, 0.05]; 4],
@@ -161,7 +168,7 @@ fn filter(bencher: Bencher<'_, '_>) {
         weights: vec![1.0],
         every: 4,
     };
-    bencher.counter(ItemsCount::new(LANES * SAMPLES)).bench(|| filtered(&series, LANES, SAMPLES, &filter));
+    bencher.counter(ItemsCount::new(LANES * SAMPLES)).bench_local(|| filtered(&series, LANES, &filter, &mut out));
 }
 
 fn main() {

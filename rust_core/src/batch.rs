@@ -1,7 +1,7 @@
 //! Groups over threads: designs, perturbed parameters, candidates.
 use crate::curving::{Equilibrium, EquilibriumForces};
 use crate::error::{Error, Result, expect_len};
-use crate::integrate::comparison::{Filter, apply_sensors, filtered};
+use crate::integrate::comparison::{Filter, apply_sensors, as_rows, filtered};
 use crate::integrate::recorder::{Recorder, Series};
 use crate::integrate::ride_statistics::{RideSums, cascade};
 use crate::integrate::run::run;
@@ -10,6 +10,7 @@ use crate::simd::{Dual, Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::vehicle::group::{Group, STATES};
 use crate::vehicle::structure::{Single, Structure};
 use rayon::prelude::*;
+use std::cell::RefCell;
 use std::sync::atomic::AtomicBool;
 
 /// Vehicles of one structure; every row is one vehicle.
@@ -62,8 +63,7 @@ impl VehicleBatch<'_> {
         (0..states).map(|s| Lanes::from_fn(|l| self.initial[some.of(l) * states + s])).collect()
     }
 
-    fn lane_groups(&self) -> Vec<LaneGroup> {
-        let size = group_size(self.count);
+    fn lane_groups(&self, size: usize) -> Vec<LaneGroup> {
         let of = |from| LaneGroup { from, live: (self.count - from).min(size) };
         (0..self.count).step_by(size).map(of).collect()
     }
@@ -81,33 +81,37 @@ impl VehicleBatch<'_> {
     }
 }
 
-/// All sixteen-lane series of one group after its sensor laws: [channel][sample], and where lanes diverged.
-fn series(
+/// Numbers of a series that a thread retains for its next one.
+const MAX_RETAINED: usize = 1 << 23;
+
+thread_local! {
+    /// Memory of the series of this thread.
+    static MEMORY: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Series of one group after its sensor laws as rows, filtered, cut and weighted where a filter is given; where lanes diverged.
+fn simulate_group(
     vehicles: &VehicleBatch<'_>,
     inputs: &InputTable<'_>,
     channels: &[String],
+    filter: Option<&Filter>,
     some: LaneGroup,
     cancel: &AtomicBool,
-) -> Result<(Vec<Lanes>, [Option<usize>; LANES])> {
-    let group = vehicles.group(some, channels)?;
-    let mut series = Series::new(&group, inputs.samples());
-    let diverged = run(&group, inputs, &vehicles.initial(some), some.live, Recorder::Series(&mut series), cancel)?;
-    apply_sensors(&group, &mut series.lanes, inputs.samples(), inputs.dt);
-    Ok((series.lanes, diverged))
-}
-
-/// Lanes to rows: out[vehicle][channel][sample] of one group.
-fn transpose(lanes: &[Lanes], live: usize, out: &mut [f64]) {
-    let n = lanes.len();
-    // blocks that stay in the first cache
-    for begin in (0..n).step_by(64) {
-        let end = (begin + 64).min(n);
-        for l in 0..live {
-            for (to, from) in out[l * n + begin..l * n + end].iter_mut().zip(&lanes[begin..end]) {
-                *to = from.0[l];
-            }
-        }
+    out: &mut [f64],
+) -> Result<[Option<usize>; LANES]> {
+    let (group, live) = (vehicles.group(some, channels)?, some.live);
+    let mut series = Series::in_memory(MEMORY.take(), group.readings.len(), inputs.samples(), live);
+    let diverged = run(&group, inputs, &vehicles.initial(some), live, Recorder::Series(&mut series), cancel)?;
+    apply_sensors(&group, &mut series, live, inputs.dt);
+    match filter {
+        Some(filter) => filtered(&series, live, filter, out),
+        None => as_rows(&series, live, out),
     }
+    let memory = series.into_memory();
+    if memory.len() <= MAX_RETAINED {
+        MEMORY.set(memory);
+    }
+    Ok(diverged)
 }
 
 /// Series of every vehicle, [vehicle][channel][sample], filtered, cut and weighted where a filter is given.
@@ -125,16 +129,13 @@ pub fn simulate(
     let row = channels.len() * filter.map_or(samples, |f| f.kept_samples(samples));
     let mut out = vec![0.0; vehicles.count * row];
     let mut diverged = vec![None; vehicles.count];
-    let size = group_size(vehicles.count);
+    // groups no wider than the widest part: what is recorded of them stays in the cache
+    let size = group_size(vehicles.count).min(level().widest().max(LANES / 2));
     out.par_chunks_mut((size * row).max(1))
         .zip(diverged.par_chunks_mut(size))
-        .zip(vehicles.lane_groups())
+        .zip(vehicles.lane_groups(size))
         .try_for_each(|((out, diverged_at), some)| {
-            let (mut lanes, found) = series(vehicles, inputs, channels, some, cancel)?;
-            if let Some(filter) = filter {
-                lanes = filtered(&lanes, some.live, samples, filter);
-            }
-            transpose(&lanes, some.live, out);
+            let found = simulate_group(vehicles, inputs, channels, filter, some, cancel, out)?;
             diverged_at.copy_from_slice(&found[..some.live]);
             Ok::<(), Error>(())
         })?;
@@ -145,7 +146,7 @@ pub fn simulate(
 pub fn rates(vehicles: &VehicleBatch<'_>, row: &[f64], states: &[f64]) -> Result<Vec<f64>> {
     expect_len("columns of the input row", row.len(), vehicles.structure.columns())?;
     let mut out = Vec::with_capacity(states.len());
-    for some in vehicles.lane_groups() {
+    for some in vehicles.lane_groups(group_size(vehicles.count)) {
         let group = vehicles.group(some, &[])?;
         expect_len("states", states.len(), vehicles.count * group.states)?;
         let mut x = [Lanes::ZERO; STATES];
@@ -186,7 +187,7 @@ impl Job for Rates<'_> {
 pub fn jacobians(vehicles: &VehicleBatch<'_>, row: &[f64]) -> Result<Vec<f64>> {
     expect_len("columns of the input row", row.len(), vehicles.structure.columns())?;
     let mut out = Vec::new();
-    for some in vehicles.lane_groups() {
+    for some in vehicles.lane_groups(group_size(vehicles.count)) {
         let group = vehicles.group(some, &[])?;
         let columns: Vec<_> = (0..group.states).map(|j| jacobian_column(&group, some.live, row, j)).collect();
         for lane in 0..some.live {
@@ -215,7 +216,7 @@ fn jacobian_column(group: &Group, live: usize, row: &[f64], variable: usize) -> 
 /// [vehicle][dof and own state], and wheelset results.
 pub fn statics(vehicles: &VehicleBatch<'_>, table: &[f64], curvature: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
     let (mut forces, mut results) = (Vec::new(), Vec::new());
-    for some in vehicles.lane_groups() {
+    for some in vehicles.lane_groups(group_size(vehicles.count)) {
         let group = vehicles.group(some, &[])?;
         let rows = |of: &[f64], width: usize| -> Result<Vec<Lanes>> {
             expect_len("numbers of a stand in the curve", of.len(), width * vehicles.count)?;
@@ -281,7 +282,7 @@ pub fn score(
 ) -> Result<Scores> {
     let samples = inputs.samples();
     let parts: Vec<_> = vehicles
-        .lane_groups()
+        .lane_groups(group_size(vehicles.count))
         .into_par_iter()
         .map(|some| {
             let group = vehicles.group(some, &statistics_request.channels)?;

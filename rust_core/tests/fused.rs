@@ -70,20 +70,19 @@ fn apart(fused: &Group, general: &Group, table: &[f64]) -> Vec<f64> {
     let inputs = InputTable::new(table, fused.columns, 1, 0.0025);
     let channels = &fused.readings;
     let [one, other] = [fused, general].map(|group| {
-        let mut series = Series::new(group, SAMPLES);
+        let mut series = Series::new(channels.len(), SAMPLES, LANES);
         let diverged_at =
             run(group, &inputs, &[], LANES, Recorder::Series(&mut series), &AtomicBool::new(false)).expect("a run");
         assert!(diverged_at.iter().all(Option::is_none), "{diverged_at:?}");
-        series.lanes
+        series
     });
-    let part = |c: usize| c * SAMPLES..(c + 1) * SAMPLES;
     let largest = |lanes: &mut dyn Iterator<Item = f64>| lanes.fold(0.0, f64::max);
     (0..channels.len())
         .map(|c| {
-            let size = largest(&mut other[part(c)].iter().flat_map(|x| x.0.map(f64::abs)));
-            let pairs = one[part(c)].iter().zip(&other[part(c)]);
+            let [one, other] = [&one, &other].map(|series| series.channels().nth(c).expect("a channel"));
+            let size = largest(&mut other.iter().map(|x| x.abs()));
             assert!(size > 0.0);
-            largest(&mut pairs.flat_map(|(a, b)| (0..LANES).map(move |l| (a.0[l] - b.0[l]).abs()))) / size
+            largest(&mut one.iter().zip(other).map(|(a, b)| (a - b).abs())) / size
         })
         .collect()
 }

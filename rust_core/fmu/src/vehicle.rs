@@ -134,7 +134,7 @@ impl Vehicle {
     fn advance(&mut self, table: &[f64], length: f64, steps: usize) -> Result<(), Error> {
         let inputs = InputTable::new(table, self.group.columns, steps, length);
         let samples = inputs.samples();
-        let mut series = Series::new(&self.group, samples);
+        let mut series = Series::new(self.group.readings.len(), samples, 1);
         let initial: Vec<_> = self.state.iter().map(|x| Lanes::splat(*x)).collect();
         let never = AtomicBool::new(false);
         let diverged = run(&self.group, &inputs, &initial, 1, Recorder::Series(&mut series), &never)?;
@@ -142,7 +142,7 @@ impl Vehicle {
             let what = format!("the motion of the vehicle at s = {:.3} m", table[table.len() - self.group.columns]);
             return Err(Error::Value { what, value: f64::INFINITY, rule: "bounded: it left the rails" });
         }
-        let mut last = series.lanes.chunks_exact(samples).map(|lanes| lanes[samples - 1].0[0]);
+        let mut last = (0..self.group.readings.len()).map(|channel| series.value(channel, samples - 1, 0));
         self.outputs = last.by_ref().take(self.channels).collect();
         self.state = last.collect();
         Ok(())

@@ -1,7 +1,8 @@
 //! From simulated series to what is compared with a measurement: sensor laws, band-pass, cut, weight.
 use crate::effects::effect::Alteration;
 use crate::error::{Error, Result, expect_len};
-use crate::simd::{Job, LANES, Lanes, Part, dispatch, level};
+use crate::integrate::recorder::Series;
+use crate::simd::{Job, LANES, Part, dispatch, level};
 use crate::vehicle::group::Group;
 
 /// Zero-phase band-pass as `scipy.signal.sosfiltfilt`, then `cut` samples off both ends, then a weight per channel.
@@ -46,23 +47,27 @@ impl Filter {
 }
 
 /// Sensor laws on the simulated channels: x(t) -> gain x(t - delay) + offset.
-pub fn apply_sensors(group: &Group, series: &mut [Lanes], samples: usize, dt: f64) {
+pub fn apply_sensors(group: &Group, series: &mut Series, live: usize, dt: f64) {
+    let width = series.width;
     // in the order of the formula, however they are listed
     for alteration in Alteration::ALL {
         for (_, channel, number) in group.sensors.iter().filter(|(other, ..)| *other == alteration) {
             let Some(c) = group.readings.iter().position(|r| r.name == *channel) else { continue };
-            let x = &mut series[c * samples..(c + 1) * samples];
-            match alteration {
-                Alteration::Gain => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] * number.0[l])),
-                Alteration::Offset => x.iter_mut().for_each(|x| *x = Lanes::from_fn(|l| x.0[l] + number.0[l])),
-                Alteration::Delay => (0..LANES).for_each(|l| delay(x, l, number.0[l] / dt)),
+            let x = series.channel_mut(c);
+            for l in 0..live {
+                let lane = x.iter_mut().skip(l).step_by(width);
+                match alteration {
+                    Alteration::Gain => lane.for_each(|x| *x *= number.0[l]),
+                    Alteration::Offset => lane.for_each(|x| *x += number.0[l]),
+                    Alteration::Delay => delay(lane.collect(), number.0[l] / dt),
+                }
             }
         }
     }
 }
 
 /// x(k) -> x(k - by), eight-point Lagrange interpolation, constant beyond the ends.
-fn delay(x: &mut [Lanes], lane: usize, by: f64) {
+fn delay(x: Vec<&mut f64>, by: f64) {
     if by == 0.0 {
         return;
     }
@@ -73,43 +78,71 @@ fn delay(x: &mut [Lanes], lane: usize, by: f64) {
         (0..8).filter(|j| *j != i).map(|j| ((1.0 - part) - (j as f64 - 3.0)) / (i as f64 - j as f64)).product()
     });
     let last = x.len() as i64 - 1;
-    let old: Vec<f64> = x.iter().map(|x| x.0[lane]).collect();
-    for (k, x) in x.iter_mut().enumerate() {
+    let old: Vec<f64> = x.iter().map(|x| **x).collect();
+    for (k, x) in x.into_iter().enumerate() {
         let base = k as i64 - whole_samples as i64 - 1;
-        x.0[lane] = (0..8).map(|i| weights[i] * old[(base + i as i64 - 3).clamp(0, last) as usize]).sum();
+        *x = (0..8).map(|i| weights[i] * old[(base + i as i64 - 3).clamp(0, last) as usize]).sum();
     }
 }
 
-/// Filtered, cut and weighted series of the first `live` vehicles, channel after channel, `kept_samples` samples each.
-pub fn filtered(series: &[Lanes], live: usize, samples: usize, filter: &Filter) -> Vec<Lanes> {
-    let channels = series.len() / samples;
-    let kept_samples = filter.kept_samples(samples);
-    let mut out = vec![Lanes::ZERO; channels * kept_samples];
-    dispatch(level().filled(live), FiltFilt { series, live, samples, filter, out: &mut out, kept_samples });
-    out
+/// Write the series of the first `live` vehicles as rows: [vehicle][channel][sample].
+pub fn as_rows(series: &Series, live: usize, out: &mut [f64]) {
+    let (samples, width) = (series.samples, series.width);
+    let row = out.len() / live;
+    for (c, x) in series.channels().enumerate() {
+        for (block, begin) in x.chunks(BLOCK * width).zip((0..samples).step_by(BLOCK)) {
+            scatter(block, width, live, &mut out[c * samples + begin..], row);
+        }
+    }
+}
+
+/// Samples that are written to the rows of all lanes at once: they stay in the first cache.
+const BLOCK: usize = 64;
+
+/// A block [sample][lane] of a series to the rows of its vehicles.
+fn scatter(block: &[f64], width: usize, live: usize, out: &mut [f64], row: usize) {
+    let n = block.len() / width;
+    for lane in 0..live {
+        for (to, from) in out[lane * row..lane * row + n].iter_mut().zip(block[lane..].iter().step_by(width)) {
+            *to = *from;
+        }
+    }
+}
+
+/// Write the filtered, cut and weighted series of the first `live` vehicles as rows: [vehicle][channel][kept sample].
+pub fn filtered(series: &Series, live: usize, filter: &Filter, out: &mut [f64]) {
+    dispatch(level().filled(live), FiltFilt { series, live, filter, out });
 }
 
 struct FiltFilt<'a> {
-    series: &'a [Lanes],
+    series: &'a Series,
     live: usize,
-    samples: usize,
     filter: &'a Filter,
-    out: &'a mut [Lanes],
-    kept_samples: usize,
+    out: &'a mut [f64],
 }
 
 impl Job for FiltFilt<'_> {
     type Output = ();
 
-    /// A part of the vehicles after the other, each channel in a buffer of its own that stays in the cache.
     #[inline(always)]
     fn run<P: Part>(self) {
-        let FiltFilt { series, live, samples, filter, out, kept_samples } = self;
+        if self.live <= P::Single::WIDTH { self.parts::<P::Single>() } else { self.parts::<P>() }
+    }
+}
+
+impl FiltFilt<'_> {
+    /// A part of the vehicles after the other, each channel in a buffer of its own that stays in the cache.
+    #[inline(always)]
+    fn parts<P: Part>(self) {
+        let FiltFilt { series, live, filter, out } = self;
+        let samples = series.samples;
+        let (row, kept_samples) = (out.len() / live, filter.kept_samples(samples));
         let pad = if filter.sos.is_empty() { 0 } else { filter.pad };
         let mut work = vec![P::zero(); samples + 2 * pad];
-        for (c, x) in series.chunks_exact(samples).enumerate() {
+        let mut block = [0.0; BLOCK * LANES];
+        for (c, x) in series.channels().enumerate() {
             for at in (0..live).step_by(P::WIDTH) {
-                extend(x, &mut work, pad, at);
+                extend(&x[at..], series.width, &mut work, pad);
                 if filter.sos.is_empty() {
                     centre(&mut work);
                 } else {
@@ -117,26 +150,32 @@ impl Job for FiltFilt<'_> {
                     pass(&sections(filter, work[work.len() - 1]), &mut work, true);
                 }
                 let weight = P::splat(filter.weights[c]);
-                for (k, to) in out[c * kept_samples..(c + 1) * kept_samples].iter_mut().enumerate() {
-                    (work[pad + filter.cut + k * filter.every] * weight).store(to, at);
+                for begin in (0..kept_samples).step_by(BLOCK) {
+                    let n = BLOCK.min(kept_samples - begin);
+                    for (k, to) in block[..n * P::WIDTH].chunks_exact_mut(P::WIDTH).enumerate() {
+                        (work[pad + filter.cut + (begin + k) * filter.every] * weight).write(to);
+                    }
+                    let rows = &mut out[at * row + c * kept_samples + begin..];
+                    scatter(&block[..n * P::WIDTH], P::WIDTH, (live - at).min(P::WIDTH), rows, row);
                 }
             }
         }
     }
 }
 
-/// Odd extension at both ends: 2 x_0 - x_k.
+/// Odd extension at both ends of a series with so many lanes: 2 x_0 - x_k.
 #[inline(always)]
-fn extend<P: Part>(x: &[Lanes], work: &mut [P], pad: usize, at: usize) {
-    let n = x.len();
-    let (first, last) = (P::load(&x[0], at), P::load(&x[n - 1], at));
+fn extend<P: Part>(x: &[f64], width: usize, work: &mut [P], pad: usize) {
+    let n = work.len() - 2 * pad;
+    let sample = |k: usize| P::read(&x[k * width..]);
+    let (first, last) = (sample(0), sample(n - 1));
     let two = P::splat(2.0);
     for k in 0..pad {
-        work[k] = two * first - P::load(&x[pad - k], at);
-        work[pad + n + k] = two * last - P::load(&x[n - 2 - k], at);
+        work[k] = two * first - sample(pad - k);
+        work[pad + n + k] = two * last - sample(n - 2 - k);
     }
-    for (to, x) in work[pad..pad + n].iter_mut().zip(x) {
-        *to = P::load(x, at);
+    for (k, to) in work[pad..pad + n].iter_mut().enumerate() {
+        *to = sample(k);
     }
 }
 

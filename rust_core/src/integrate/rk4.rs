@@ -96,7 +96,7 @@ impl<'a, P: Part, M: Rate<P>> Rk4Part<'a, P, M> {
             (PartRecorder::RideSums(growing), _) => growing.sample(row, x, dx),
             (PartRecorder::Series(signals), Recorder::Series(series)) => {
                 for (c, signal) in signals.iter().enumerate() {
-                    signal.read(row, x, dx).store(&mut series.lanes[c * series.samples + k], self.at);
+                    signal.read(row, x, dx).write(series.lanes_mut(c, k, self.at));
                 }
             }
             (PartRecorder::Series(_), Recorder::RideSums(_)) => {}

@@ -95,6 +95,12 @@ impl Part for Counted {
     fn store(self, to: &mut Lanes, at: usize) {
         to.0[at] = self.0;
     }
+    fn read(from: &[f64]) -> Self {
+        Counted(from[0])
+    }
+    fn write(self, to: &mut [f64]) {
+        to[0] = self.0;
+    }
     fn mul_add(self, b: Self, c: Self) -> Self {
         one_more(|c| &mut c.fused);
         Counted(self.0 * b.0 + c.0)

@@ -105,6 +105,13 @@ impl<P: Part> Part for Dual<P> {
     fn store(self, to: &mut Lanes, at: usize) {
         self.value.store(to, at);
     }
+    fn read(from: &[f64]) -> Self {
+        Dual::constant(P::read(from))
+    }
+    /// The value alone.
+    fn write(self, to: &mut [f64]) {
+        self.value.write(to);
+    }
     #[inline(never)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         let slope = self.slope.mul_add(b.value, self.value.mul_add(b.slope, c.slope));

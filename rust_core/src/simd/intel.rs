@@ -64,6 +64,16 @@ macro_rules! intel {
                 unsafe { $store(to.0.as_mut_ptr().add(at & (LANES - $width)), self.0) }
             }
             #[inline(always)]
+            fn read(from: &[f64]) -> Self {
+                let from = &from[..$width];
+                $name(unsafe { $load(from.as_ptr()) })
+            }
+            #[inline(always)]
+            fn write(self, to: &mut [f64]) {
+                let to = &mut to[..$width];
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
             fn mul_add(self, b: Self, c: Self) -> Self {
                 $name(unsafe { $fma(self.0, b.0, c.0) })
             }

@@ -29,6 +29,19 @@ impl Level {
         if self == Level::V4 && lanes <= 4 { Level::V3 } else { self }
     }
 
+    /// Lanes of its widest part.
+    pub fn widest(self) -> usize {
+        match self {
+            Level::Portable => Portable::WIDTH,
+            #[cfg(target_arch = "x86_64")]
+            Level::V3 => Pair::<V3>::WIDTH,
+            #[cfg(target_arch = "x86_64")]
+            Level::V4 => Pair::<V4>::WIDTH,
+            #[cfg(not(target_arch = "x86_64"))]
+            Level::V3 | Level::V4 => unreachable!("instructions of x86-64"),
+        }
+    }
+
     #[cfg(not(target_arch = "x86_64"))]
     fn best() -> Self {
         Level::Portable

@@ -78,6 +78,9 @@ pub trait Part:
     /// Lanes `at .. at + WIDTH`.
     fn load(from: &Lanes, at: usize) -> Self;
     fn store(self, to: &mut Lanes, at: usize);
+    /// The first `WIDTH` numbers of a slice.
+    fn read(from: &[f64]) -> Self;
+    fn write(self, to: &mut [f64]);
     /// self * b + c
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// c - self * b

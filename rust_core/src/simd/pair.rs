@@ -47,6 +47,15 @@ impl<P: Part<Single = P>> Part for Pair<P> {
         self.1.store(to, at + P::WIDTH);
     }
     #[inline(always)]
+    fn read(from: &[f64]) -> Self {
+        Pair(P::read(from), P::read(&from[P::WIDTH..]))
+    }
+    #[inline(always)]
+    fn write(self, to: &mut [f64]) {
+        self.0.write(to);
+        self.1.write(&mut to[P::WIDTH..]);
+    }
+    #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         Pair(self.0.mul_add(b.0, c.0), self.1.mul_add(b.1, c.1))
     }

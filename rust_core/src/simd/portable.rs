@@ -58,6 +58,14 @@ impl Part for Portable {
     fn store(self, to: &mut Lanes, at: usize) {
         to.0[at..at + 4].copy_from_slice(&self.0);
     }
+    #[inline(always)]
+    fn read(from: &[f64]) -> Self {
+        Portable(from[..4].try_into().expect("four lanes"))
+    }
+    #[inline(always)]
+    fn write(self, to: &mut [f64]) {
+        to[..4].copy_from_slice(&self.0);
+    }
     // without the hardware's instruction a fused product would be a call of libm
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
