@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from railui.campaign.faults.hypotheses import Consistency, Hypothesis
+from railui.campaign.settings.faults import FaultSettings
 
 BLOCKS = 5
 MIN_BLOCK_WINDOWS = 5
@@ -15,11 +16,11 @@ LAG_STEP = 4e-3  # s
 MAX_LAG = 0.4  # s
 UNKNOWN_LAG = 0.2  # s, where no delay of the whole run is known
 REFINEMENTS = 8
-MIN_DRIFT = 3e-3  # s over the run
-MIN_EVIDENCE = 25.0  # log-likelihood against a constant delay
 
 
-def drifting_clock(consistency: Consistency, lag: Hypothesis) -> tuple[Hypothesis, float, float] | None:
+def drifting_clock(
+    consistency: Consistency, lag: Hypothesis, settings: FaultSettings
+) -> tuple[Hypothesis, float, float] | None:
     """Fit a drifting clock to the channels of a delay; return it, its misfit and the standard deviation of its rate.
 
     None if the run is too short, or a constant delay explains as much.
@@ -42,7 +43,8 @@ def drifting_clock(consistency: Consistency, lag: Hypothesis) -> tuple[Hypothesi
     fitted = _refined(consistency, Hypothesis("clock", lag.channels, float(rate), float(delay)))
     drift = abs(fitted[0].value) * float(np.ptp(spectra.time))
     constant = _refined(consistency, Hypothesis("clock", lag.channels, 0.0, float(np.mean(local))), ("delay",))
-    return fitted if drift > MIN_DRIFT and constant[1] - fitted[1] > MIN_EVIDENCE else None
+    is_evident = constant[1] - fitted[1] > settings.min_clock_evidence
+    return fitted if drift > settings.min_clock_drift and is_evident else None
 
 
 def _refined(

@@ -18,29 +18,27 @@ from railui.campaign.settings.faults import FaultSettings
 from railui.runs.columns import is_compared
 from railui.vehicle.model import Model
 
-MAX_DURATION = 60.0  # s of a segment that are simulated
 SETTLING = 3.0  # s left out at its start
 BLOCKS = 8  # of the jackknife
-STANDARD_ERRORS = 3.0
 
 
 def has_reversed_cross_level(settings: FaultSettings, model: Model, segment: Segment) -> bool | None:
     """Return True where the response to the cross-level has the wrong sign; None where the data do not show it."""
-    shares = cross_level_shares(model, segment)
-    clear = shares[np.abs(shares[:, 0]) > STANDARD_ERRORS * shares[:, 1], 0]
+    shares = cross_level_shares(settings, model, segment)
+    clear = shares[np.abs(shares[:, 0]) > settings.cross_level_standard_errors * shares[:, 1], 0]
     if not len(clear) or abs(np.median(clear)) < settings.min_cross_level_share:
         return None
     return bool(np.median(clear) < 0.0)
 
 
-def cross_level_shares(model: Model, segment: Segment) -> FloatArray:
+def cross_level_shares(settings: FaultSettings, model: Model, segment: Segment) -> FloatArray:
     """Return share and standard error [channel, 2] of the simulated response to the cross-level in measured channels.
 
     Least squares on the response to the alignment alone and on the difference that the cross-level makes. Empty where
     there is no cross-level, where the vehicle diverges, and where the alignment too has the wrong sign.
     """
     names = [c for c in segment.channels if is_compared(c)]
-    samples, skipped = min(segment.samples, round(MAX_DURATION / segment.dt)), round(SETTLING / segment.dt)
+    samples, skipped = min(segment.samples, round(settings.nominal_duration / segment.dt)), round(SETTLING / segment.dt)
     has_track = all(np.any(segment.columns.get(c, 0.0)) for c in ("yw", "phiw"))
     if not names or not has_track or samples < 2 * skipped:
         return np.zeros((0, 2))

@@ -29,7 +29,6 @@ from railui.vehicle.track_geometry import track_geometry
 FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, for any vehicle
 NAMED_UNITS = {"m/s^2": {"g": 1.0 / G}, "rad/s": {"deg/s": RADIAN}, "rad": {"deg": RADIAN}}  # gain where SI is stated
 TRACK_COLUMNS = ("yw", "phiw")
-MIN_OPPOSED_CHANNELS = 2  # that all oppose the model, from which the track is the one with the wrong sign
 
 
 def diagnose(dataset: Dataset) -> Diagnosis:
@@ -144,7 +143,7 @@ def _with_named_unit(fault: Fault, dataset: Dataset) -> Fault:
 def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
     """Find signs and units that only the nominal model can decide: of accelerations without a relation to the track."""
     model = Model(dataset.campaign.design, dataset.campaign.sensors)
-    threshold = dataset.campaign.settings.faults.opposed_correlation
+    settings = dataset.campaign.settings.faults
     found: dict[str, list[tuple[str, ModelAgreement]]] = {}
     corrections = ordered(faults).corrections
     wheelbase = _geometry(dataset)[0]
@@ -153,16 +152,16 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
             continue  # relations with the track decide
         for segment in segments[:1]:
             corrected = corrected_segment(segment, corrections, wheelbase)
-            for agreement in compare_with_nominal(model, corrected, _following(segment)):
+            for agreement in compare_with_nominal(model, corrected, _following(segment), settings):
                 found.setdefault(agreement.channel, []).append((name, agreement))
     contradictions: dict[str, Hypothesis] = {}
     for channel, checks in found.items():
-        hypotheses = {contradicted(agreement, threshold) for _, agreement in checks}
+        hypotheses = {contradicted(agreement, settings) for _, agreement in checks}
         if len(hypotheses) == 1 and (h := hypotheses.pop()) is not None:
             contradictions[channel] = h
     files = tuple(runs)
     all_opposed = set(contradictions) == set(found) and all(h.kind == "sign" for h in contradictions.values())
-    if len(found) >= MIN_OPPOSED_CHANNELS and all_opposed:
+    if len(found) >= settings.min_opposed_channels and all_opposed:
         recorded = tuple(c for c in TRACK_COLUMNS if any(np.any(s.columns.get(c, 0.0)) for s in dataset.segments))
         track = _fault_against_model(Hypothesis("sign", recorded, -1.0), files)
         alone = yaml_line(Hypothesis("sign", ("yw",), -1.0).corrections())

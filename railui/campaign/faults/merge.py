@@ -15,8 +15,6 @@ from railui.campaign.faults.search import Explanation, FaultSearch
 from railui.campaign.faults.wording import UNITS, fault_text
 from railui.campaign.settings.faults import FaultSettings
 
-# largest difference from run to run of one value
-SPREAD = {"gain": 0.05, "delay": 1.5e-3, "offset": 0.06, "gravity": 3.0, "clock": 3e-5}
 PREFERENCE = ("sign", "unit", "exchanged", "offset", "gravity", "delay", "gain", "clock")
 Key = tuple[str, frozenset[str], float]
 
@@ -36,11 +34,11 @@ class _Group:
         for h in (e.hypothesis, *e.alternatives):
             self.members.setdefault(_key(h), {})[run] = h
 
-    def keys(self) -> list[Key]:
+    def keys(self, settings: FaultSettings) -> list[Key]:
         """List the keys that explain most runs with one value, preferred kinds first."""
         most = max(len(runs) for runs in self.members.values())
         keys = [k for k, runs in self.members.items() if len(runs) == most]
-        uniform = [k for k in keys if _is_uniform(list(self.members[k].values()))]
+        uniform = [k for k in keys if _is_uniform(list(self.members[k].values()), settings)]
         return sorted(uniform or keys, key=lambda k: PREFERENCE.index(k[0]))
 
 
@@ -83,9 +81,9 @@ def _faults(
     searches: Mapping[str, FaultSearch],
     settings: FaultSettings,
 ) -> list[Fault]:
-    keys = group.keys()
+    keys = group.keys(settings)
     runs = group.members[keys[0]]
-    if not _is_uniform(list(runs.values())):
+    if not _is_uniform(list(runs.values()), settings):
         return [
             _fault(h, (run,), len(searches) > 1, (), _sd(group, keys[0], (run,)), settings) for run, h in runs.items()
         ]
@@ -136,14 +134,14 @@ def _key(h: Hypothesis) -> Key:
     return h.kind, frozenset(h.channels), float(f"{h.value:.4g}") if h.kind == "unit" else 0.0
 
 
-def _is_uniform(hypotheses: Sequence[Hypothesis]) -> bool:
+def _is_uniform(hypotheses: Sequence[Hypothesis], settings: FaultSettings) -> bool:
     """True if a value is the same in all runs."""
-    spread = SPREAD.get(hypotheses[0].kind)
-    values = [h.value for h in hypotheses]
-    if spread is None:
+    kind, values = hypotheses[0].kind, [h.value for h in hypotheses]
+    if kind not in CONTINUOUS:
         return True
-    relative = abs(float(np.mean(values))) if hypotheses[0].kind in ("gain", "offset", "delay") else 0.0
-    return bool(np.ptp(values) <= max(spread, 0.03 * relative))
+    spread: float = getattr(settings, f"{kind}_spread")
+    relative = abs(float(np.mean(values))) if kind in ("gain", "offset", "delay") else 0.0
+    return bool(np.ptp(values) <= max(spread, settings.relative_spread * relative))
 
 
 def _is_preferred(key: Key, other: Key) -> bool:

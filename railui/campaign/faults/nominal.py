@@ -15,17 +15,12 @@ from railui.arrays import FloatArray
 from railui.campaign.faults.families import discrete_hypotheses
 from railui.campaign.faults.hypotheses import Hypothesis
 from railui.campaign.segment import Segment
+from railui.campaign.settings.faults import FaultSettings
 from railui.dsp.spectra import csd, welch
 from railui.runs.columns import is_compared
 from railui.vehicle.model import Model
 
-LONG_WAVELENGTH = 28.0  # m, from which on the vehicle follows the track
-MIN_FREQUENCY = 0.4  # Hz
 WINDOW_SECONDS = 5.12
-MAX_DURATION = 60.0  # s of a segment that are simulated
-MIN_FREQUENCIES = 3
-UNIT_TOLERANCE = 1.6  # factor between a unit's gain and that of the channel
-MIN_UNIT_GAIN = 6.0
 
 
 @dataclass(frozen=True)
@@ -37,10 +32,12 @@ class ModelAgreement:
     gain: float
 
 
-def compare_with_nominal(model: Model, segment: Segment, channels: Sequence[str]) -> list[ModelAgreement]:
+def compare_with_nominal(
+    model: Model, segment: Segment, channels: Sequence[str], settings: FaultSettings
+) -> list[ModelAgreement]:
     """Compare channels with the nominal model on a segment; empty where it diverges or the segment is too short."""
     names = [c for c in channels if is_compared(c)]
-    part = segment.truncated(min(segment.samples, round(MAX_DURATION / segment.dt)))
+    part = segment.truncated(min(segment.samples, round(settings.nominal_duration / segment.dt)))
     length = round(WINDOW_SECONDS / segment.dt)
     if not names or part.samples < 3 * length:
         return []
@@ -51,14 +48,16 @@ def compare_with_nominal(model: Model, segment: Segment, channels: Sequence[str]
     series, diverged = vehicles.simulate(model.single_batch(), table, segment.dt, steps, names, jobs=1)
     if diverged[0] >= 0:
         return []
-    return [_agreement(c, x, part.columns[c], part, length) for c, x in zip(names, series[0], strict=True)]
+    return [_agreement(c, x, part, length, settings) for c, x in zip(names, series[0], strict=True)]
 
 
-def _agreement(channel: str, simulated: FloatArray, measured: FloatArray, part: Segment, length: int) -> ModelAgreement:
-    rate = 1.0 / part.dt
+def _agreement(
+    channel: str, simulated: FloatArray, part: Segment, length: int, settings: FaultSettings
+) -> ModelAgreement:
+    measured, rate = part.columns[channel], 1.0 / part.dt
     f, cross = csd(simulated, measured, rate, length, "line")
-    used = (f >= MIN_FREQUENCY) & (f <= part.mean_speed / LONG_WAVELENGTH)
-    if used.sum() < MIN_FREQUENCIES:
+    used = (f >= settings.min_following_frequency) & (f <= part.mean_speed / settings.following_wavelength)
+    if used.sum() < settings.min_following_lines:
         return ModelAgreement(channel, 0.0, 1.0)
     own, other = (welch(x, rate, length, "line")[1][used] for x in (simulated, measured))
     weight = 1.0 / np.maximum(own, 1e-300)  # every frequency counts alike
@@ -67,12 +66,13 @@ def _agreement(channel: str, simulated: FloatArray, measured: FloatArray, part: 
     return ModelAgreement(channel, correlation, float(np.sqrt(np.sum(weight * other) / np.sum(weight * own))))
 
 
-def contradicted(agreement: ModelAgreement, threshold: float) -> Hypothesis | None:
+def contradicted(agreement: ModelAgreement, settings: FaultSettings) -> Hypothesis | None:
     """Return the fault of a channel that its simulation contradicts clearly: the opposite sign, or another unit."""
-    if agreement.correlation < -threshold and 1.0 / MIN_UNIT_GAIN < agreement.gain < MIN_UNIT_GAIN:
+    threshold, gain = settings.opposed_correlation, settings.min_unit_gain
+    if agreement.correlation < -threshold and 1.0 / gain < agreement.gain < gain:
         return Hypothesis("sign", (agreement.channel,), -1.0)
-    if agreement.correlation < threshold or 1.0 / MIN_UNIT_GAIN < agreement.gain < MIN_UNIT_GAIN:
+    if agreement.correlation < threshold or 1.0 / gain < agreement.gain < gain:
         return None
     units = [h for h in discrete_hypotheses([agreement.channel]) if h.kind == "unit"]
     nearest = min(units, key=lambda h: abs(np.log(h.value / agreement.gain)))
-    return nearest if abs(np.log(nearest.value / agreement.gain)) < np.log(UNIT_TOLERANCE) else None
+    return nearest if abs(np.log(nearest.value / agreement.gain)) < np.log(settings.unit_tolerance) else None

@@ -18,11 +18,6 @@ from railui.campaign.faults.families import (
 from railui.campaign.faults.hypotheses import Consistency, G, Hypothesis
 from railui.campaign.settings.faults import FaultSettings
 
-CONTINUOUS_PENALTY = 8.0  # of a free value against a sign, unit or exchange, as a log-likelihood
-CONSISTENT_SHARE = -2.0  # logarithm of the inconsistent share of power, in the most consistent quarter of the band
-LOCAL_LAGS = 0.06  # s, searched where the columns are consistent already
-MIN_STANDARD_ERRORS = 4.0  # of a gain or delay
-
 
 @dataclass(frozen=True)
 class ScoredFault:
@@ -40,15 +35,15 @@ def score_discrete(consistency: Consistency, has_units: bool) -> list[ScoredFaul
     return [ScoredFault(h, float(m)) for h, m in zip(discrete, misfits, strict=True)]
 
 
-def score_continuous(consistency: Consistency, has_units: bool) -> list[ScoredFault]:
+def score_continuous(consistency: Consistency, has_units: bool, settings: FaultSettings) -> list[ScoredFault]:
     """Score every single gain, delay, offset and gravity at its best value."""
     spectra, scores = consistency.spectra, []
     channels = candidates(spectra)
-    base, is_local = total_misfit(consistency), is_consistent(consistency)
+    base, is_local = total_misfit(consistency), is_consistent(consistency, settings)
     for family, grid in continuous_families(channels, spectra):
         if not has_units and family.kind == "gain":
             continue
-        local = _near(family, grid, consistency) if is_local else grid
+        local = _near(family, grid, consistency, settings) if is_local else grid
         if is_local and not _improves_locally(consistency, family, local, base):
             continue
         scores.append(ScoredFault(*best_of_family(consistency, family, local)))
@@ -74,7 +69,7 @@ def is_large(s: ScoredFault, settings: FaultSettings) -> bool:
     if h.kind not in sizes:
         return True
     value, smallest = sizes[h.kind]
-    return abs(value) > smallest and not abs(value) < MIN_STANDARD_ERRORS * s.sd
+    return abs(value) > smallest and not abs(value) < settings.fault_standard_errors * s.sd
 
 
 def total_misfit(consistency: Consistency) -> float:
@@ -82,9 +77,9 @@ def total_misfit(consistency: Consistency) -> float:
     return float(consistency.misfit(consistency.base).sum())
 
 
-def penalty(h: Hypothesis) -> float:
+def penalty(h: Hypothesis, settings: FaultSettings) -> float:
     """Penalty of a fault with a free value, as a log-likelihood."""
-    return CONTINUOUS_PENALTY if h.kind in CONTINUOUS else 0.0
+    return settings.free_value_penalty if h.kind in CONTINUOUS else 0.0
 
 
 def is_same_fault(a: Hypothesis, b: Hypothesis) -> bool:
@@ -93,18 +88,18 @@ def is_same_fault(a: Hypothesis, b: Hypothesis) -> bool:
     return same and (a.kind != "unit" or bool(np.isclose(a.value, b.value)))
 
 
-def is_consistent(consistency: Consistency, given: Sequence[Hypothesis] = ()) -> bool:
+def is_consistent(consistency: Consistency, settings: FaultSettings, given: Sequence[Hypothesis] = ()) -> bool:
     """True if every combination of the relations holds in a quarter of the band, under faults if some are given."""
     worst = np.sort(consistency.worst_share(consistency.relations(given)))
-    return float(np.mean(worst[: max(len(worst) // 4, 1)])) < CONSISTENT_SHARE
+    return float(np.mean(worst[: max(len(worst) // 4, 1)])) < settings.consistent_log_share
 
 
-def _near(family: Hypothesis, grid: FloatArray, consistency: Consistency) -> FloatArray:
+def _near(family: Hypothesis, grid: FloatArray, consistency: Consistency, settings: FaultSettings) -> FloatArray:
     """Return the part of a grid of lags that is near zero."""
     if family.kind not in ("delay", "offset"):
         return grid
     scale = consistency.speed if family.kind == "offset" else 1.0
-    return grid[np.abs(grid) <= LOCAL_LAGS * scale]
+    return grid[np.abs(grid) <= settings.local_lag * scale]
 
 
 def _improves_locally(consistency: Consistency, family: Hypothesis, grid: FloatArray, base: float) -> bool:

@@ -20,7 +20,6 @@ from railui.campaign.faults.families import (
 )
 from railui.campaign.faults.hypotheses import Consistency, Hypothesis
 from railui.campaign.faults.scores import (
-    CONTINUOUS_PENALTY,
     ScoredFault,
     is_consistent,
     is_evident,
@@ -88,7 +87,7 @@ class FaultSearch:
     def _is_resolved(self, found: Sequence[Explanation]) -> bool:
         """True if the data are consistent after all corrections."""
         consistency = self._consistency([e.hypothesis for e in found])
-        return consistency is None or is_consistent(consistency)
+        return consistency is None or is_consistent(consistency, self.settings)
 
     def _better_clock(self, found: list[Explanation]) -> list[Explanation] | None:
         """Explain the data by a clock that drifts far, which spectra of the whole run do not show."""
@@ -96,7 +95,7 @@ class FaultSearch:
         if raw is None:
             return None
         groups = groups_of(candidates(raw.spectra))
-        drifts = [d for g in groups if (d := drifting_clock(raw, Hypothesis("delay", g))) is not None]
+        drifts = [d for g in groups if (d := drifting_clock(raw, Hypothesis("delay", g), self.settings)) is not None]
         if not drifts:
             return None
         best = min(drifts, key=lambda d: d[1])
@@ -158,11 +157,11 @@ class FaultSearch:
         """List other single faults that explain the data as well as a fault does."""
         scores = score_discrete(without, self.has_units)
         if h.kind in CONTINUOUS:
-            scores += score_continuous(without, self.has_units)
+            scores += score_continuous(without, self.has_units, self.settings)
         reference = min(
             (s.misfit for s in scores if is_same_fault(s.hypothesis, h)), default=total_misfit(without) - evidence
         )
-        limit = reference + max(self.settings.tied_evidence_share * evidence, CONTINUOUS_PENALTY)
+        limit = reference + max(self.settings.tied_evidence_share * evidence, self.settings.free_value_penalty)
         tied = [s.hypothesis for s in scores if s.misfit < limit and not is_same_fault(s.hypothesis, h)]
         tied = [x for x in tied if (x.kind, set(x.channels)) != (h.kind, set(h.channels))]
         return tuple(dict.fromkeys(x for x in tied if x.kind == h.kind or x.kind not in ("gain", "delay")))
@@ -171,20 +170,20 @@ class FaultSearch:
         """Find the single fault with most evidence beyond those assumed; None if there is none."""
         base = total_misfit(consistency)
         discrete = score_discrete(consistency, self.has_units)
-        if not is_consistent(consistency) and discrete:
+        if not is_consistent(consistency, self.settings) and discrete:
             best = min(discrete, key=lambda s: s.misfit)
             evident = is_evident(best.hypothesis, base - best.misfit, consistency, self.settings)
-            if evident and is_consistent(consistency, [best.hypothesis]):
+            if evident and is_consistent(consistency, self.settings, [best.hypothesis]):
                 return best
         scores = [
             s
-            for s in [*discrete, *score_continuous(consistency, self.has_units)]
+            for s in [*discrete, *score_continuous(consistency, self.has_units, self.settings)]
             if is_evident(s.hypothesis, base - s.misfit, consistency, self.settings)
         ]
         scores = [s for s in scores if is_large(s, self.settings)]
         if not scores:
             return None
-        best = min(scores, key=lambda s: s.misfit + penalty(s.hypothesis))
+        best = min(scores, key=lambda s: s.misfit + penalty(s.hypothesis, self.settings))
         if best.hypothesis.kind in ("delay", "offset"):
             return self._lag(consistency, best, scores, found)
         return best
@@ -198,11 +197,15 @@ class FaultSearch:
             for s in scores
             if s.hypothesis.kind in ("delay", "offset") and s.hypothesis.channels == best.hypothesis.channels
         ]
-        if (drift := drifting_clock(consistency, best.hypothesis)) is not None:
+        if (drift := drifting_clock(consistency, best.hypothesis, self.settings)) is not None:
             rivals.append(ScoredFault(*drift))
         if len(rivals) == 1:
             return best
-        preference = {"offset": 0.0, "delay": CONTINUOUS_PENALTY, "clock": self.settings.min_fault_evidence}
+        preference = {
+            "offset": 0.0,
+            "delay": self.settings.free_value_penalty,
+            "clock": self.settings.min_fault_evidence,
+        }
         exact = [(self._consistency([*found, s.hypothesis]), s) for s in rivals]
         return min(
             (total_misfit(c) + preference[s.hypothesis.kind], i, s) for i, (c, s) in enumerate(exact) if c is not None

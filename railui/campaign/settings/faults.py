@@ -68,3 +68,68 @@ class FaultSettings:
         maximum=1.0,
         meaning="Correlation with the nominal model, at long wavelengths, from which it decides a sign or a unit.",
     )
+    min_opposed_channels: int = setting(
+        2,
+        minimum=1,
+        meaning="Channels that must all oppose the nominal model for the track to be the one with the wrong sign.",
+    )
+    following_wavelength: float = setting(
+        28.0, unit="m", minimum=1.0, meaning="Wavelength from which on wheelsets and frame follow the track."
+    )
+    min_following_frequency: float = setting(
+        0.4, unit="Hz", minimum=0.01, meaning="Lowest frequency at which channels are compared with the nominal model."
+    )
+    min_following_lines: int = setting(
+        3, minimum=1, meaning="Frequencies between these limits that a comparison with the nominal model needs."
+    )
+    min_unit_gain: float = setting(
+        6.0,
+        minimum=1.0,
+        meaning="Gain over the nominal model, or its inverse, from which the unit of a channel is wrong.",
+    )
+    unit_tolerance: float = setting(
+        1.6, minimum=1.0, meaning="Factor up to which the gain of a channel may differ from that of a wrong unit."
+    )
+    nominal_duration: float = setting(
+        60.0, unit="s", minimum=1.0, meaning="First part of a segment that is compared with the nominal model."
+    )
+    cross_level_standard_errors: float = setting(
+        3.0,
+        meaning="Standard errors by which a channel's share of the response to the cross-level must differ from zero.",
+        provenance="conventional: three standard errors, some 99.7 % two-sided",
+    )
+    free_value_penalty: float = setting(
+        8.0,
+        meaning="Log-likelihood by which a fault with a free value must exceed a sign, a unit or an exchange.",
+    )
+    consistent_log_share: float = setting(
+        -2.0,
+        minimum=None,
+        maximum=0.0,
+        meaning="Logarithm of the inconsistent share of power, in the most consistent quarter of the band, below "
+        "which the channels of a run are consistent.",
+    )
+    local_lag: float = setting(
+        0.06, unit="s", minimum=0.01, meaning="Largest lag that is tried where the channels are consistent already."
+    )
+    fault_standard_errors: float = setting(
+        4.0, meaning="Standard errors by which a gain, a delay or an offset must differ from none."
+    )
+    min_clock_drift: float = setting(3e-3, unit="s", meaning="Drift of a clock over the run from which it is a fault.")
+    min_clock_evidence: float = setting(
+        25.0, meaning="Log-likelihood that a drifting clock must gain beyond a constant delay."
+    )
+    gain_spread: float = setting(0.05, meaning="Range of a gain over the runs up to which it is one fault.")
+    delay_spread: float = setting(1.5e-3, unit="s", meaning="Range of a delay over the runs up to which it is one.")
+    offset_spread: float = setting(
+        0.06, unit="m", meaning="Range of an offset along the line over the runs up to which it is one."
+    )
+    gravity_spread: float = setting(
+        3.0, unit="m/s^2", meaning="Range of the gravity through roll over the runs up to which it is one fault."
+    )
+    clock_spread: float = setting(
+        3e-5, meaning="Range of the relative rate of a clock over the runs up to which it is one fault."
+    )
+    relative_spread: float = setting(
+        0.03, maximum=1.0, meaning="The same of a gain, a delay or an offset relative to its mean, where that is more."
+    )
