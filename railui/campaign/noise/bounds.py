@@ -18,7 +18,7 @@ QUIET_SAMPLES = 1024  # of a window, at most
 QUIET_WINDOWS = 8  # in a record, without overlap, where it is long enough for
 MIN_QUIET_SAMPLES = 16  # of a window
 QUIET_SHARES = (0.8, 0.9, 1.0)  # of half the sampling rate: two bands, which white noise fills alike
-MEDIAN_OF_CHI_SQUARE = 0.5  # one-sided density of white noise of unit variance is 2 per cycle and sample
+VARIANCE_OVER_DENSITY = 0.5  # of white noise: the one-sided density of unit variance is 2 per cycle and sample
 WINDOW_SECONDS = 2.56
 RIG_WINDOWS = 60
 WINDOWS_PER_INPUT = 4
@@ -46,7 +46,7 @@ def quiet_level(records: Sequence[Record], channel: str, least_sd: float) -> Lev
     logs, steps = [], []
     for record in present:
         lower, upper = _top_bands(record, channel)
-        logs.append(0.5 * np.log(MEDIAN_OF_CHI_SQUARE * upper))
+        logs.append(0.5 * np.log(VARIANCE_OVER_DENSITY * upper))
         steps.append(0.5 * abs(np.log(upper / lower)))
     if not logs:
         return None

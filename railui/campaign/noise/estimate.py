@@ -28,12 +28,7 @@ from railui.campaign.settings.noise import NoiseSettings
 from railui.runs.columns import RIG_FORMS
 from railui.vehicle.track_geometry import TrackGeometry
 
-SMALL_SHARE = 1e-3  # of the variance in the band, of a coloured part that is left out
-UNKNOWN_FACTOR = 5.0  # one standard deviation of the level of unstated rails, and of an unstated channel
-RAIL_SHARE = 0.01  # of the track's standard deviation: centre of the prior of unstated rails
 MIN_LEVEL = 1e-12
-QUIET_EXCESS = 1.5  # of the quiet band over the incoherent part, from which it contains motions
-INFORMATION_SHARE = 0.5  # of the windows that counts: relations are not exact, and noise is not Gaussian
 
 
 class NoiseEstimate:
@@ -113,11 +108,11 @@ class NoiseEstimate:
 
     def _from_relations(self, single: Mapping[str, ColumnNoise]) -> dict[str, ColumnNoise]:
         """Levels and colours of the channels in kinematic relations, and of the track columns."""
-        spectra = relation_spectra(self.records, self.geometry, self.band)
+        spectra = relation_spectra(self.records, self.geometry, self.band, self.settings)
         if not spectra:
             return {}
         names = list(dict.fromkeys(c for s in spectra for c, g in s.gains.items() if np.max(np.abs(g)) > 0.0))
-        parts = {c: _Parts(self.band, self.noise_band, spectra[0], is_rails=c == RAILS) for c in names}
+        parts = {c: _Parts(self.band, self.noise_band, spectra[0], self.settings, is_rails=c == RAILS) for c in names}
         prior = {c: self._relation_prior(c, single) for c in names}
         start = {c: np.exp(2.0 * prior[c].log) * parts[c].start for c in names}
         observations = [
@@ -125,7 +120,7 @@ class NoiseEstimate:
                 s.density,
                 {c: g for c, g in s.gains.items() if c in names},
                 {c: parts[c].shapes(s) for c in names},
-                INFORMATION_SHARE * s.averages,
+                self.settings.relation_information_share * s.averages,
             )
             for s in spectra
         ]
@@ -145,7 +140,7 @@ class NoiseEstimate:
             for c in channels:
                 if c in record.columns and is_flat(record, c, least):
                     f, density = quiet_band(record, c)
-                    if density[0] > 2.0 * record.dt * (QUIET_EXCESS * self.bounds[c]) ** 2:
+                    if density[0] > 2.0 * record.dt * (self.settings.max_quiet_excess * self.bounds[c]) ** 2:
                         continue  # motions fill the whole spectrum
                     shapes = {c: parts[c].densities(f, record.dt)}
                     gains = {c: np.ones((len(f), 1), dtype=complex)}
@@ -156,7 +151,7 @@ class NoiseEstimate:
         if channel == RAILS:
             return self._rails_prior()
         prior = self._prior(channel)
-        unknown = float(np.log(UNKNOWN_FACTOR))
+        unknown = float(np.log(self.settings.unknown_noise_factor))
         return prior or Level(float(np.log(max(single[channel].used, MIN_LEVEL))), unknown)
 
     def _rails_prior(self) -> Level:
@@ -165,8 +160,10 @@ class NoiseEstimate:
         sd = float(np.hypot(self.stated.get("yw", 0.0), r * self.stated.get("phiw", 0.0)))
         if sd > 0.0:
             return Level(float(np.log(sd)), float(np.log(self.settings.stated_noise_factor)))
-        sd = RAIL_SHARE * float(np.median([np.std(record.columns["yw"]) for record in self.records]))
-        return Level(float(np.log(max(sd, MIN_LEVEL))), float(np.log(UNKNOWN_FACTOR)))
+        sd = self.settings.rail_noise_share * float(
+            np.median([np.std(record.columns["yw"]) for record in self.records])
+        )
+        return Level(float(np.log(max(sd, MIN_LEVEL))), float(np.log(self.settings.unknown_noise_factor)))
 
     def _channel(self, channel: str, parts: _Parts, found: Components) -> ColumnNoise:
         theta = found.variances[channel]
@@ -242,8 +239,15 @@ class _Parts:
     """Parts of the spectrum of a noise: white and coloured; of the rails, white along the track above a wavelength."""
 
     def __init__(
-        self, band: tuple[float, float] | None, noise_band: float, spectra: RelationSpectra, *, is_rails: bool
+        self,
+        band: tuple[float, float] | None,
+        noise_band: float,
+        spectra: RelationSpectra,
+        settings: NoiseSettings,
+        *,
+        is_rails: bool,
     ) -> None:
+        self.settings = settings
         self.is_rails = is_rails
         self.noise_band = noise_band
         low, high = band_limits(band, spectra.dt)
@@ -271,7 +275,7 @@ class _Parts:
         """Spectrum of variances [part], without parts that hardly contribute to the band."""
         shares = self.level * variances / max(float(self.level @ variances), 1e-300)
         coloured = zip(self.corners, np.sqrt(variances[1:]), shares[1:], strict=True)
-        used = tuple((corner, float(sd)) for corner, sd, share in coloured if share > SMALL_SHARE)
+        used = tuple((corner, float(sd)) for corner, sd, share in coloured if share > self.settings.min_coloured_share)
         return NoiseSpectrum(float(np.sqrt(variances[0])), used)
 
 

@@ -20,6 +20,7 @@ import numpy as np
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.noise.bounds import incoherent_power, track_inputs
 from railui.campaign.noise.record import Record, band_limits
+from railui.campaign.settings.noise import NoiseSettings
 from railui.core import Spline
 from railui.dsp.spectra import detrend, hann, tukey
 from railui.vehicle.track_geometry import TrackGeometry
@@ -29,7 +30,6 @@ MIN_LINE = 1.9  # lowest line used of a window: the first contains leakage of sl
 TAPER_SECONDS = 2.0  # at both ends of a record, left out of the spectra
 ROLL_OFF = 1.25  # upper end of the roll-off of a derivative over the highest frequency used
 FOLLOWED_BAND = (0.8, 6.0)  # Hz, where motions are far above their noise
-MAX_FOLLOWING_SHARE = 0.3  # of a relation, which may follow the track
 MIN_SINGULAR_VALUE = 1e-9
 RAILS = "rails"  # noise of the track columns under the wheelset, y_w + r phi_w
 
@@ -92,7 +92,7 @@ class RelationSpectra:
 
 
 def relation_spectra(
-    records: Sequence[Record], geometry: TrackGeometry, band: tuple[float, float] | None
+    records: Sequence[Record], geometry: TrackGeometry, band: tuple[float, float] | None, settings: NoiseSettings
 ) -> list[RelationSpectra]:
     """Compute the spectra of all relations that the channels of each record satisfy; records without any left out.
 
@@ -105,7 +105,7 @@ def relation_spectra(
         if len(rows) > 1 and len(record.columns["t"]) >= usable:  # a single channel is in no relation
             highest = band_limits(band, record.dt)[1]
             series = {c: _acceleration(record, geometry, c, row.order, highest) for c, row in rows.items()}
-            names = _usable_channels(record, series, rows, geometry)
+            names = _usable_channels(record, series, rows, geometry, settings)
             if names:
                 spectra.append(_spectra(record, geometry, {c: rows[c] for c in names}, series, band))
     return spectra
@@ -160,7 +160,11 @@ def differentiate(x: FloatArray, dt: float, order: int, highest: float) -> Float
 
 
 def _usable_channels(
-    record: Record, series: Mapping[str, FloatArray], rows: Mapping[str, _Row], geometry: TrackGeometry
+    record: Record,
+    series: Mapping[str, FloatArray],
+    rows: Mapping[str, _Row],
+    geometry: TrackGeometry,
+    settings: NoiseSettings,
 ) -> list[str]:
     """List the channels whose relations hold: all, or without the one that makes them follow the track; else none.
 
@@ -172,11 +176,11 @@ def _usable_channels(
     shares = []
     for used in trials:
         share = _following_share(record, used, series, rows, geometry)
-        if used is names and share <= MAX_FOLLOWING_SHARE:
+        if used is names and share <= settings.max_following_share:
             return names
         shares.append(share)
     best = int(np.argmin(shares))
-    return trials[best] if shares[best] <= MAX_FOLLOWING_SHARE else []
+    return trials[best] if shares[best] <= settings.max_following_share else []
 
 
 def _bases(names: Sequence[str], rows: Mapping[str, _Row]) -> tuple[FloatArray, FloatArray]:

@@ -25,3 +25,32 @@ class NoiseSettings:
     undetermined_noise_factor: float = setting(
         2.0, minimum=1.01, meaning="The same from which a level counts as not determined by the data."
     )
+    unknown_noise_factor: float = setting(
+        5.0, minimum=1.01, meaning="The same of the prior of a channel or of rails without stated noise."
+    )
+    rail_noise_share: float = setting(
+        0.01,
+        minimum=1e-6,
+        meaning="Centre of the prior of rails without stated noise, in the standard deviation of the alignment.",
+    )
+    max_quiet_excess: float = setting(
+        1.5,
+        minimum=1.0,
+        meaning="Amplitude at the top of a spectrum over its incoherent part, beyond which it contains motions.",
+    )
+    relation_information_share: float = setting(
+        0.5,
+        minimum=1e-3,
+        maximum=1.0,
+        meaning="Share of the independent windows that counts: relations are not exact, and noise is not Gaussian.",
+    )
+    max_following_share: float = setting(
+        0.3,
+        maximum=1.0,
+        meaning="Share of a kinematic relation's power that may follow the track in channels that are used.",
+    )
+    min_coloured_share: float = setting(
+        1e-3,
+        maximum=1.0,
+        meaning="Share of the variance in the band below which a coloured part of a noise is left out.",
+    )

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from railui.campaign.noise.estimate import RAIL_SHARE, independent_rail_levels
+from railui.campaign.noise.estimate import independent_rail_levels
 from railui.campaign.noise.model import BOTH, ESTIMATED, ColumnNoise, NoiseModel
 from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.campaign.segment import TRACK_COLUMNS
@@ -70,7 +70,8 @@ def _assumed(context: Context) -> NoiseModel:
     present = {c for c in TRACK_COLUMNS if any(np.any(s.columns.get(c, 0.0)) for s in segments)}
     if "yw" not in present or any(c in context.noise for c in TRACK_COLUMNS):
         return NoiseModel()
-    yw = RAIL_SHARE * float(np.median([np.std(s.columns["yw"]) for s in segments]))
+    alignment = float(np.median([np.std(s.columns["yw"]) for s in segments]))
+    yw = context.settings.noise.rail_noise_share * alignment
     levels = independent_rail_levels(yw, track_geometry(context.nominal.design).half_gauge)
     unstated = {c: ColumnNoise(levels[c], NoiseSpectrum(levels[c]), source=ESTIMATED) for c in levels if c in present}
     return NoiseModel({**context.noise.columns, **unstated})
