@@ -1,4 +1,4 @@
-"""Page of the loop's settings: every threshold with unit, value, meaning and provenance, from their declarations."""
+"""Page of the loop's settings: thresholds with unit, value, meaning and provenance, from their declarations."""
 
 from markdown_text import code, plain, table
 
@@ -9,7 +9,8 @@ from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
 INTRODUCTION = """# Settings of the loop
 
 Thresholds that steer the verdict of `railui loop`. A campaign changes them by name, as a number in the stated unit or with a unit;
-`loop.json` records the value of every one under `settings`.
+`loop.json` records the value of every one under `settings`. Numbers of the methods themselves (windows of spectra, steps of
+differences, grids of lags) are constants of their modules.
 
 ```yaml
 settings:

@@ -13,13 +13,12 @@ from railui.campaign.campaign import Campaign
 from railui.campaign.corrections.apply import corrected_run
 from railui.campaign.noise.estimate import estimate_noise_model
 from railui.campaign.segment import Segment
+from railui.campaign.settings.estimation import ValidationSettings
 from railui.io.problems import file_problem
 from railui.runs import columns as known
 from railui.runs.run import Run, load_run
 from railui.track import distance_from_speed
 from railui.vehicle.track_geometry import track_geometry
-
-MIN_PART_SAMPLES = 1000  # of a run that is cut for the test
 
 
 def segments_of_run(
@@ -59,24 +58,25 @@ class ValidationParts(NamedTuple):
     test: list[Segment]
 
 
-def hold_back(segments: Sequence[Segment], share: float, seconds: float, rig_rate: float) -> ValidationParts:
+def hold_back(segments: Sequence[Segment], settings: ValidationSettings, rig_rate: float) -> ValidationParts:
     """Reserve the last share of every validation run for the test, where it and the rest are long enough.
 
     Parameters
     ----------
-    share
-        Share of the samples of a run.
-    seconds
-        Shortest part of a segment that is used; of a rig so many seconds at `rig_rate` [1/s] if that is less.
+    settings
+        Share of the samples of a run, and the shortest part of a segment that is used.
+    rig_rate
+        Samples of a rig that count as one second, if that is less [1/s].
     """
+    seconds = settings.min_test_duration
     parts = ValidationParts([], [])
     for run in dict.fromkeys(s.run_index for s in segments):
         same = [s for s in segments if s.run_index == run]
-        left = round((1.0 - share) * sum(s.samples for s in same))  # samples before the reserved part
+        left = round((1.0 - settings.test_share) * sum(s.samples for s in same))  # samples before the reserved part
         for s in same:
             cut, left = min(max(left, 0), s.samples), left - s.samples
             least = seconds / s.dt if not s.is_rig else min(seconds / s.dt, seconds * rig_rate)
-            least = max(least, MIN_PART_SAMPLES)
+            least = max(least, settings.min_test_samples)
             if cut < least:
                 whole = parts.test if cut < s.samples - cut and s.samples >= least else parts.selection
                 whole.append(s)
@@ -128,9 +128,7 @@ class Dataset:
             return ValidationParts(self.validation, [s for s in self.segments if s.role == "test"])
         settings = self.campaign.settings
         rig_rate = settings.calibration.rig_samples_per_second
-        return hold_back(
-            self.validation, settings.validation.test_share, settings.validation.min_test_duration, rig_rate
-        )
+        return hold_back(self.validation, settings.validation, rig_rate)
 
 
 def read_dataset(campaign: Campaign) -> Dataset:

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from railui.campaign.settings.detection import VerdictSettings
+from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.validation import Validation

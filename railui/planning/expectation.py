@@ -237,9 +237,7 @@ class Expectation:
     @cached_property
     def amounts(self) -> FloatArray:
         """Minimum detectable amount [k] of every shape; infinite where there is none."""
-        test = ScoreTestResult(
-            (), (), 1.0, self.critical_score, self.noise_energy, self.settings.score_test.min_remaining_share
-        )
+        test = ScoreTestResult((), (), 1.0, self.critical_score, self.noise_energy, self.settings.score_test)
         amounts = np.full(len(self.scores), np.inf)
         for k, (score, gain) in enumerate(zip(self.scores, self.predicted_gains, strict=True)):
             if score is not None and gain.mean > 0.0:

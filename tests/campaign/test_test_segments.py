@@ -7,6 +7,7 @@ import pytest
 
 from railui.campaign.dataset import hold_back
 from railui.campaign.segment import Segment
+from railui.campaign.settings.estimation import ValidationSettings
 
 RATE = 100.0
 
@@ -22,7 +23,7 @@ def seconds_of(segments: list[Segment]) -> list[float]:
 
 
 def split(*segments: Segment) -> tuple[list[float], list[float]]:
-    parts = hold_back(segments, 1 / 3, 10.0, rig_rate=400.0)
+    parts = hold_back(segments, ValidationSettings(), rig_rate=400.0)
     return seconds_of(parts.selection), seconds_of(parts.test)
 
 
@@ -43,7 +44,7 @@ def test_of_a_run_in_segments_the_last_ones_are_held_back():
 
 
 def test_a_run_is_used_once_in_whole():
-    parts = hold_back([segment(47.3)], 1 / 3, 10.0, 400.0)
+    parts = hold_back([segment(47.3)], ValidationSettings(), 400.0)
     times = np.concatenate([s.columns["t"] for s in (*parts.selection, *parts.test)])
     np.testing.assert_array_equal(times, segment(47.3).columns["t"])
 

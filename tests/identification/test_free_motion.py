@@ -150,7 +150,7 @@ def test_short_windows_find_the_frequency_that_whole_runs_miss(tmp_path: Path):
     stuck = calibrate(context)
     fit, windowed = leave_wrong_minimum(context, stuck)
     assert fit.model.value("vehicle.rig.stiffness") == pytest.approx(64.0, rel=1e-3)
-    assert windowed is None and not slips(context, fit) and misfit_ratio(fit) < 0.01
+    assert windowed is None and not slips(context, fit) and misfit_ratio(context.settings.windows, fit) < 0.01
 
 
 def test_a_fit_worse_than_the_nominal_model_is_tried_again_and_reported(tmp_path: Path):

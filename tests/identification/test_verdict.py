@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from railui.campaign.settings.detection import VerdictSettings
+from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.validation import Validation
 from railui.identification.verdict import (

@@ -13,7 +13,6 @@ from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import from_normal
-from railui.identification.structure.minimum_detectable import ABSORPTION_MARGIN
 from railui.identification.structure.score_test import POWER
 from railui.planning.expectation import LIMIT_SHARE, Choice, Expectation
 from railui.planning.information import Information
@@ -107,7 +106,9 @@ def test_the_limit_meets_the_score_of_the_loop_or_its_gain() -> None:
     power = 1e5 + expected.information.runs[0].noise[0]
     gain = (1.0 / 0.9**2 - 1.0) * expected.noise_floor**2
     noise = POWER * sqrt(norm) / power
-    by_gain = ABSORPTION_MARGIN * (noise + sqrt(noise**2 + norm / power * gain)) / (norm / power)
+    by_gain = (
+        LoopSettings().score_test.absorption_margin * (noise + sqrt(noise**2 + norm / power * gain)) / (norm / power)
+    )
     assert expected.amounts[0] == pytest.approx(LIMIT_SHARE * max(by_score, by_gain), rel=0.06)
 
 

@@ -17,6 +17,8 @@ class DriftSettings:
         maximum=1.0,
         meaning="Share of the misfit that more knots must explain beyond fewer.",
     )
+    max_drift_knots: int = setting(33, minimum=3, meaning="Knots of the finest drift that is compared.")
+    drift_iterations: int = setting(4, minimum=1, meaning="Gauss-Newton iterations that refine a drift.")
     max_drift: float = setting(
         0.9, maximum=0.999, meaning="Share of its value that a positive parameter may lose along the track."
     )
@@ -50,11 +52,17 @@ class DiscrepancySettings:
     force_location_tolerance: float = setting(
         0.03, maximum=1.0, meaning="Share by which a location with fewer independent forces may explain less."
     )
+    location_noise_draws: int = setting(
+        4, minimum=1, meaning="Noise realisations that are subtracted from the spectra behind a location."
+    )
     condition_level: float = setting(
         0.01,
         maximum=1.0,
         meaning="Family-wise level below which a parameter depends on the stated condition of the runs.",
         provenance="conventional: one false dependence in a hundred campaigns",
+    )
+    fitted_curves: int = setting(
+        2, minimum=1, meaning="Force curves, those that explain most, that are fitted together with all parameters."
     )
     curve_span: float = setting(
         2.5, minimum=0.5, meaning="Half-width of a force curve in standard deviations of the motion."

@@ -122,6 +122,14 @@ class WindowSettings:
     first_window_periods: float = setting(
         2.0, minimum=0.5, meaning="Periods of the motion in the shortest windows of a model that is out of step."
     )
+    misfit_blocks: int = setting(
+        20,
+        minimum=1,
+        meaning="Blocks of a run, each at least a period long, in which squared residual and signal are compared.",
+    )
+    min_block_power_share: float = setting(
+        1e-2, maximum=1.0, meaning="Share of the mean power of a run below which a block is left out of it."
+    )
     max_windows: int = setting(
         40, minimum=4, meaning="Windows of growing length that are fitted at once, evenly spread over the runs."
     )
@@ -145,6 +153,9 @@ class ValidationSettings:
     )
     min_test_duration: float = setting(
         10.0, unit="s", minimum=0.1, meaning="Shortest part of a validation run that is held back, and that is left."
+    )
+    min_test_samples: int = setting(
+        1000, minimum=1, meaning="Fewest samples of such a part: a run of less than 100 samples/s needs a longer one."
     )
     max_start_share: float = setting(
         0.25,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from railui.campaign.settings.declaration import Setting, declared
-from railui.campaign.settings.detection import RefitSettings, ScoreTestSettings, SelectionSettings, VerdictSettings
+from railui.campaign.settings.detection import RefitSettings, ScoreTestSettings, SelectionSettings
 from railui.campaign.settings.discrepancy import (
     CoefficientSettings,
     DiscrepancySettings,
@@ -25,13 +25,15 @@ from railui.campaign.settings.estimation import (
 from railui.campaign.settings.faults import FaultSettings
 from railui.campaign.settings.noise import NoiseSettings
 from railui.campaign.settings.planning import PlanningSettings
+from railui.campaign.settings.verdict import VerdictSettings
 
 
 @dataclass(frozen=True)
 class LoopSettings:
-    """Every threshold that steers the verdict of the loop, grouped by stage.
+    """Thresholds that steer the verdict of the loop, grouped by stage.
 
-    Names are unique over all stages: a campaign sets them by name alone.
+    Names are unique over all stages: a campaign sets them by name alone. Numbers of the methods themselves, such as
+    windows of spectra, steps of differences and grids of lags, are constants of their modules.
     """
 
     faults: FaultSettings = field(default_factory=FaultSettings)

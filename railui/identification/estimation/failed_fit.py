@@ -32,18 +32,18 @@ def slips_on_validation(context: Context, validation: Validation, segments: Sequ
 
 def _validation_misfit(context: Context, validation: Validation, segments: Sequence[Segment]) -> float:
     """Largest ratio of the squared error of a block to its signal, the channels in proportion to their power."""
-    worst = 0.0
+    settings, worst = context.settings.windows, 0.0
     for segment, series in zip(segments, validation.series, strict=True):
         comparison = compare(context.campaign, segment, series)
         scale = np.maximum(np.mean(comparison.measured**2, axis=1), 1e-300)
-        starts = block_starts(segment, comparison.measured.shape[1], 1)
+        starts = block_starts(settings, segment, comparison.measured.shape[1], 1)
         power, rss = (
             np.add.reduceat(np.sum(x**2 / scale[:, None], axis=0), starts)
             for x in (comparison.measured, comparison.measured - comparison.simulated)
         )
         variance = sum(context.noise.get(c, 0.0) ** 2 / s for c, s in zip(comparison.channels, scale, strict=True))
         lengths = np.diff(np.append(starts, comparison.measured.shape[1]))
-        worst = max(worst, largest_ratio(rss, power, variance * lengths))
+        worst = max(worst, largest_ratio(settings, rss, power, variance * lengths))
     return worst
 
 

@@ -26,9 +26,6 @@ from railui.identification.estimation.problem import FitSegment, adapt_to_model,
 from railui.vehicle.model import Model
 
 COARSE_TOLERANCE = 1e-4
-BLOCKS = 20  # of a run, each at least a period long, in which misfit and signal are compared
-MIN_POWER_SHARE = 1e-2  # of the mean power of a run: blocks with less are left out
-
 
 IndexArray = NDArray[np.int64]
 
@@ -40,43 +37,45 @@ class Followed(NamedTuple):
     whole: Fit | None
 
 
-def misfit_ratio(fit: Fit) -> float:
+def misfit_ratio(settings: WindowSettings, fit: Fit) -> float:
     """Largest misfit of a block over its signal: 1 where the residual is as large as the signal, beyond noise."""
     residual = fit.normal.gram[:, :, 0, 0].sum(axis=1)
     worst, first = 0.0, 0
     for target in fit.segments:
         length = fit.block_samples(target)
         signal = (split_into_blocks(target.measured[None], length) ** 2).sum(axis=(0, 1, 3))
-        starts = block_starts(target.segment, len(signal), length * target.filter.decimation)
+        starts = block_starts(settings, target.segment, len(signal), length * target.filter.decimation)
         noise = np.add.reduceat(np.full(len(signal), float(length * len(target.measured))), starts)  # weighted to 1
         rss = np.add.reduceat(residual[first : first + len(signal)], starts)
-        worst = max(worst, largest_ratio(rss, np.add.reduceat(signal, starts), noise))
+        worst = max(worst, largest_ratio(settings, rss, np.add.reduceat(signal, starts), noise))
         first += len(signal)
     return worst
 
 
-def block_starts(segment: Segment, count: int, length: int) -> IndexArray:
-    """First indices of blocks of a run, each a twentieth of it and at least a period long, in parts of some samples."""
+def block_starts(settings: WindowSettings, segment: Segment, count: int, length: int) -> IndexArray:
+    """First indices of equal blocks of a run, each at least a period long, in parts of some samples."""
     run = segment.window_of or segment
-    seconds = max(run.samples * run.dt / BLOCKS, dominant_period(run))
+    seconds = max(run.samples * run.dt / settings.misfit_blocks, dominant_period(run))
     return np.arange(0, count, max(1, round(seconds / (length * run.dt))))
 
 
-def largest_ratio(rss: FloatArray, signal: FloatArray, noise: FloatArray) -> float:
+def largest_ratio(settings: WindowSettings, rss: FloatArray, signal: FloatArray, noise: FloatArray) -> float:
     """Largest ratio of misfit to signal and noise [block]; infinite where diverged, blocks without motion left out."""
-    counts = signal >= MIN_POWER_SHARE * signal.mean()
+    counts = signal >= settings.min_block_power_share * signal.mean()
     ratios = np.where(np.isfinite(rss), rss, np.inf) / np.maximum(signal + noise, 1e-300)
     return float(np.max(ratios[counts], initial=0.0))
 
 
 def slips(context: Context, fit: Fit) -> bool:
     """True where the residual of a fit is larger than the signal in any block."""
-    return misfit_ratio(fit) > context.settings.windows.slipped_misfit
+    settings = context.settings.windows
+    return misfit_ratio(settings, fit) > settings.slipped_misfit
 
 
 def follows(context: Context, fit: Fit) -> bool:
     """True where a fit is in step with the motion in every block."""
-    return misfit_ratio(fit) <= context.settings.windows.followed_misfit
+    settings = context.settings.windows
+    return misfit_ratio(settings, fit) <= settings.followed_misfit
 
 
 def window_durations(settings: WindowSettings, segments: Sequence[Segment], longer_than: float = 0.0) -> list[float]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.campaign.comparison import compared_channels
-from railui.campaign.settings.detection import VerdictSettings
+from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
 from railui.identification.estimation.validation import predict_each

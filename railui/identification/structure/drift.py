@@ -24,8 +24,7 @@ from railui.identification.estimation.validation import Validation, compute_vali
 from railui.identification.prediction import Prediction, Predictor, required_steps
 from railui.vehicle.model import Model
 
-KNOT_COUNTS = (3, 5, 9, 17, 33)  # of the drifts that are compared
-MAX_ITERATIONS = 4  # of the refinement
+LEAST_KNOTS = 3  # of a drift; the spacing is halved from one drift to the next
 RANDOM_SIGNS_SEED = 19
 
 
@@ -71,12 +70,12 @@ def find_drifts(context: Context, fit: Fit) -> list[Drift]:
     drifts = []
     for path, ratios in parameter_groups(fit):
         best: Drift | None = None
-        for count in KNOT_COUNTS:
-            if count * settings.blocks_per_knot > len(s):
-                break
+        count = LEAST_KNOTS
+        while count <= settings.max_drift_knots and count * settings.blocks_per_knot <= len(s):
             drift = _estimate_drift(context, fit, gram, path, ratios, s, np.linspace(s.min(), s.max(), count))
             if best is None or drift.share > best.share + settings.finer_drift_share:
                 best = drift
+            count = 2 * count - 1
         if best is not None:
             drifts.append(best)
     return sorted(drifts, key=lambda d: -d.share)
@@ -144,7 +143,7 @@ def refine_drift(context: Context, fit: Fit, drift: Drift) -> Drift:
     low, high = _limits(context, fit, drift.path)
     values = np.clip(drift.values, low, high)
     best, least_rss = values, np.inf
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(context.settings.drift.drift_iterations):
         trial = replace(drift, values=values)
         normal, gradient, rss = np.zeros((len(values), len(values))), np.zeros(len(values)), 0.0
         for target in fit.segments:

@@ -28,7 +28,6 @@ from railui.vehicle.model import Model
 Port = tuple[str, int | None]  # location and wheelset of a force
 PortsOfLocation = tuple[str, int | None, tuple[Port, ...]]
 
-DRAWS = 4  # of the noise
 PULSE_FORCE = 100.0  # N
 PULSE_DELAY = 4  # samples before the peak of a pulse
 Pulse = tuple[tuple[float, float], ...]  # (samples from the peak, force) of a pulse of 1 N over one sample
@@ -174,13 +173,14 @@ def _noise(context: Context, fit: Fit, target: FitSegment) -> ComplexArray:
     predictor = target.predictor(fit.model)
     clean, _ = predictor.simulate()
     total: ComplexArray = np.zeros((1, 1, 1), dtype=complex)
-    for seed in range(DRAWS):
+    draws = context.settings.discrepancy.location_noise_draws
+    for seed in range(draws):
         rng = np.random.default_rng(np.random.SeedSequence([seed, 17, segment.number, segment.run_index]))
         table = segment.noisy_table(noise, campaign.noise_band, rng, fit.model.wheelset_spacing(), target.steps)
         noisy, _ = predictor.simulate(table=table)
         sensors = comparison_filter(campaign, segment, noise.draw(channels, segment.samples, segment.dt, rng))
         sensors = sensors[:, :: target.filter.decimation] * target.filter.weights[:, None]
-        total = total + _spectra(noisy[0] - clean[0] + sensors, target) / DRAWS
+        total = total + _spectra(noisy[0] - clean[0] + sensors, target) / draws
     return np.asarray(total)
 
 

@@ -15,10 +15,6 @@ from railui.vehicle.design import Design
 from railui.vehicle.effects import parameter_unit, range_at
 
 NOMINAL_POWER = 0.9
-GAIN_MARGIN = 1.4  # on the estimation runs, whose gain is not that of the validation runs
-# a fit absorbs more of an effect than to first order; found in blind trials: 49 of 55
-# (with 1.25 some 77 %, with 2.5 94 %)
-ABSORPTION_MARGIN = 2.0
 MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no parameter is detectable
 # log of the parameter beyond the weakest simulated shape, and beyond the strongest, where an effect is far from linear
 MAX_WEAKER_EXTRAPOLATION = float(np.log(10.0))
@@ -55,14 +51,14 @@ def minimum_detectable_amount(
 
     nrmse: error on the validation runs; predicted_gains: gain there by candidate and shape, to first order.
     """
-    gain = 1.0 / (1.0 - min_relative_gain) ** 2 - 1.0
+    settings, gain = test.settings, 1.0 / (1.0 - min_relative_gain) ** 2 - 1.0
     amounts = [score.amount_of_score(test.critical_score + POWER)]
     predicted = predicted_gains.get((score.candidate, score.shape))
     # an effect that calibration almost absorbs gains little on the estimation runs, and much at another speed
-    if score.unabsorbed_share >= test.min_remaining_share or not predicted:
-        amounts.append(GAIN_MARGIN * float(np.sqrt(gain * test.rss / score.norm)))
+    if score.unabsorbed_share >= settings.min_remaining_share or not predicted:
+        amounts.append(settings.estimation_gain_margin * float(np.sqrt(gain * test.rss / score.norm)))
     if predicted:
-        amounts.append(ABSORPTION_MARGIN * amount_of_gain(predicted, gain * nrmse**2))
+        amounts.append(settings.absorption_margin * amount_of_gain(predicted, gain * nrmse**2))
     return max(amounts)
 
 

@@ -24,9 +24,6 @@ from railui.identification.structure.score_test import ScoreTest, ScoreTestResul
 from railui.identification.structure.screening import ScreeningFits, fit_with_effects, scaled_shape
 from railui.parallel import map_threads
 
-FINE_TOLERANCE = 3e-5
-SHAPES_PER_CANDIDATE = 3
-
 
 @dataclass(frozen=True)
 class PairSearch:
@@ -68,10 +65,11 @@ class PairRefit:
         return self.fit.normal.rss
 
 
-def select_shapes(scores: ScoreTestResult, count: int) -> list[ScoreResult]:
+def select_shapes(scores: ScoreTestResult, count: int, of_candidate: int) -> list[ScoreResult]:
     """Select shapes for pairs: the best of every candidate, then further shapes in the order of their scores.
 
     A candidate of no or the wrong sign alone may be half of the best pair; one with a phase is left out.
+    of_candidate: shapes of a candidate, at most.
     """
     best = [s for s in scores.best if not s.candidate.has_phase]
     others: list[ScoreResult] = []
@@ -80,7 +78,7 @@ def select_shapes(scores: ScoreTestResult, count: int) -> list[ScoreResult]:
         if s in best or s.candidate.has_phase:
             continue
         shapes[s.candidate] = shapes.get(s.candidate, 1) + 1
-        if shapes[s.candidate] <= SHAPES_PER_CANDIDATE:
+        if shapes[s.candidate] <= of_candidate:
             others.append(s)
     best.sort(key=lambda s: -abs(s.rho))
     return [*best, *others][:count]
@@ -92,7 +90,7 @@ def score_pairs(test: ScoreTest, scores: ScoreTestResult) -> tuple[list[PairScor
     Only the shapes themselves are simulated, none of the pairs.
     """
     settings = test.context.settings.selection
-    shapes = select_shapes(scores, settings.pair_shapes)
+    shapes = select_shapes(scores, settings.pair_shapes, settings.pair_shapes_of_candidate)
     shapes, gram, score = projected_gram(test, shapes)
     best: dict[tuple[Candidate, Candidate], PairScore] = {}
     scored = 0
@@ -167,14 +165,14 @@ def _screen(screening: ScreeningFits, pair: PairScore) -> Fit | None:
 
 def _refit(context: Context, fit: Fit, pair: PairScore, screened: Fit) -> PairRefit | None:
     """Continue a screening fit on the complete runs."""
-    background = context.in_background(1)
+    background, tolerance = context.in_background(1), context.settings.refit.comparison_tolerance
     paths = [*context.campaign.estimated_parameters, *screened.model.effect_paths()]
     try:
         segments = adapt_to_model(background, screened.model, fit.segments)
     except ValueError:
         return None
     final = fit_with_effects(
-        background, screened.model, segments, paths, tolerance=FINE_TOLERANCE, max_iterations=MAX_ITERATIONS
+        background, screened.model, segments, paths, tolerance=tolerance, max_iterations=MAX_ITERATIONS
     )
     return None if final is None else PairRefit(pair, final)
 

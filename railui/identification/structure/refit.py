@@ -19,7 +19,6 @@ from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.screening import Screened, ScreeningFits, fit_with_effects, has_states
 from railui.parallel import map_threads
 
-COARSE_TOLERANCE, FINE_TOLERANCE = 1e-3, 3e-5  # fine: where several candidates have to be compared
 RANKING_SEED = 13
 # families of laws at one location that a small amount may confuse: a law that sticks moves little
 RELATED_KINDS = (
@@ -74,9 +73,9 @@ def refit_candidates(
 
     with_absorbed: fit springs and dampers that estimation absorbs as well, where much is left on the validation runs.
     """
-    progress = context.progress
+    settings, progress = context.settings.refit, context.progress
     screening = ScreeningFits(context, fit)
-    selected = select_candidates(context.settings.refit, scores, every=fit.model.design.kind == "rig")
+    selected = select_candidates(settings, scores, every=fit.model.design.kind == "rig")
     for s in selected:
         progress.event(s)
     screened = screening.fit_candidates(scores, selected)
@@ -89,10 +88,10 @@ def refit_candidates(
         screened += screening.fit_absorbed_elements(scores, selected)
     if not screened:
         return []
-    limit = context.settings.refit.converged_ratio * min(f.normal.rss for _, f in screened)
+    limit = settings.converged_ratio * min(f.normal.rss for _, f in screened)
     several = sum(f.normal.rss <= limit for _, f in screened) > 1
     background = context.in_background(1 if several else context.jobs)
-    tolerance = FINE_TOLERANCE if several else COARSE_TOLERANCE
+    tolerance = settings.comparison_tolerance if several else settings.refit_tolerance
 
     def refit(item: Screened) -> Refit | None:
         """Continue a screening fit on the complete runs: to convergence near the least misfit, else evaluate it."""
@@ -111,7 +110,7 @@ def refit_candidates(
         final = fit_with_effects(background, f.model, segments, paths, tolerance=tolerance, max_iterations=iterations)
         if final is None:
             return None
-        return Refit(s.candidate, final, cross_validation_errors(context.settings.refit, final), s)
+        return Refit(s.candidate, final, cross_validation_errors(settings, final), s)
 
     screened.sort(key=lambda item: item[1].normal.rss > limit)  # the longest computations first
     refits = []

@@ -7,7 +7,7 @@ after projecting out what the estimated parameters absorb: a partial rho (Broers
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +36,7 @@ PRESELECTION_SHARE = 0.7  # of the samples, from which a preselection on the fir
 class ScoreTestResult:
     """Score results of all shapes, the best of each candidate in descending order, family-wise p, critical score.
 
-    rss: residual sum of squares that was tested. min_remaining_share: share of a candidate's output difference that the
-    estimated parameters must leave.
+    rss: residual sum of squares that was tested. settings: those of the test.
     """
 
     results: tuple[ScoreResult, ...]
@@ -45,7 +44,7 @@ class ScoreTestResult:
     p: float
     critical_score: float
     rss: float
-    min_remaining_share: float = ScoreTestSettings.min_remaining_share
+    settings: ScoreTestSettings = field(default_factory=ScoreTestSettings)
 
     @property
     def rho2(self) -> float:
@@ -84,9 +83,7 @@ def score_test(
         others = [s.extrapolate(ratio, full.block_count) for s in preselection if s.candidate not in best]
         results = (*selected, *others)
     p, critical_score = family_wise_test(results, settings, context.seed, selected)
-    return ScoreTestResult(
-        tuple(results), _ranked(results), p, critical_score, full.projector.rss, settings.min_remaining_share
-    )
+    return ScoreTestResult(tuple(results), _ranked(results), p, critical_score, full.projector.rss, settings)
 
 
 def _preselect(

@@ -20,12 +20,6 @@ from railui.parallel import map_threads
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
-SCREENING_TOLERANCE = 1e-3
-FIRST_ITERATIONS = 2
-FURTHER_ITERATIONS = 4
-SLOW_ITERATIONS = 10  # of effects that converge slowly
-RIG_ITERATIONS = 25
-SHAPES_TRIED, SHAPES_TRIED_WITH_STATES = 2, 3
 # springs and dampers in parallel with these are estimated parameters of the vehicle
 ESTIMATED_ELEMENTS = (("secondary_lateral", None), ("secondary_yaw", None))
 
@@ -47,7 +41,7 @@ def starting_points(settings: RefitSettings, scores: ScoreTestResult, result: Sc
     """
     candidate = result.candidate
     same = sorted((s for s in scores.results if s.candidate == candidate), key=lambda s: -signed_rho(s))
-    count = SHAPES_TRIED_WITH_STATES if has_states(candidate) else SHAPES_TRIED
+    count = settings.screened_shapes_memory if has_states(candidate) else settings.screened_shapes
     shapes = [(scaled_shape(settings, s), s.phases) for s in same[:count]]
     if candidate.strength is not None:
         shape, phases = shapes[0]
@@ -146,7 +140,8 @@ class ScreeningFits:
         """Fit several effects at once from one starting point; None where they cannot be simulated."""
         self.context.check_time()
         fit = self._start(*((effect, {}) for effect in effects))
-        return None if fit is None else self._iterate(fit, RIG_ITERATIONS if self.is_rig else SLOW_ITERATIONS)
+        iterations = self.settings.rig_iterations if self.is_rig else self.settings.slow_iterations
+        return None if fit is None else self._iterate(fit, iterations)
 
     def fit_absorbed_elements(self, scores: ScoreTestResult, fitted: Sequence[ScoreResult]) -> list[Screened]:
         """Fit springs and dampers from the nominal model, where much is left with every other candidate.
@@ -160,7 +155,7 @@ class ScreeningFits:
         limit = self.settings.give_up_ratio * self.least_rss
         close = [(s, fit) for s, fit in started if fit is not None and fit.normal.rss <= limit]
         screened = []
-        continued = self._map(lambda item: self._iterate(item[1], SLOW_ITERATIONS), close)
+        continued = self._map(lambda item: self._iterate(item[1], self.settings.slow_iterations), close)
         for (s, _), fit in zip(close, continued, strict=True):
             if fit.normal.rss < self.settings.absorbed_misfit_ratio * self.least_rss:
                 share = fit.normal.rss / self.rss_without_effect
@@ -181,7 +176,7 @@ class ScreeningFits:
         effect = c.effect_with({strength: self.settings.absorbed_start * c.shapes[0][strength]})
         fit = self._start((effect, {}), base=self._nominal())
         # the nominal model is far from the optimum: two iterations do not rank candidates yet
-        return None if fit is None else self._iterate(fit, FURTHER_ITERATIONS)
+        return None if fit is None else self._iterate(fit, self.settings.further_iterations)
 
     def _first_iterations(self, scores: ScoreTestResult, s: ScoreResult) -> Fit | None:
         """Best fit after the first iterations from every starting point; None where none can be simulated."""
@@ -193,7 +188,7 @@ class ScreeningFits:
             fits += [self._start(point, base=self._nominal()) for point in points]
         tries = [f for f in fits if f is not None]
         if tries and self._bounds_hunting(tries[0]):  # the starting points separate only after more iterations
-            tries = [self._iterate(f, SLOW_ITERATIONS) for f in tries]
+            tries = [self._iterate(f, self.settings.slow_iterations) for f in tries]
         return min(tries, key=lambda f: f.cost, default=None)
 
     def _continue_if_close(self, s: ScoreResult, fit: Fit) -> Fit:
@@ -202,12 +197,12 @@ class ScreeningFits:
         rss, least = fit.normal.rss, self.least_rss
         if self.is_rig:  # costs little, and the speed of slip or the gap may be far from any of the shapes
             near = rss <= self.settings.give_up_ratio_memory * self.rss_without_effect
-            return self._iterate(fit, RIG_ITERATIONS) if near else fit
+            return self._iterate(fit, self.settings.rig_iterations) if near else fit
         slow = self._bounds_hunting(fit) or (
             has_states(s.candidate) and rss <= self.settings.give_up_ratio_memory * least
         )
         if slow or rss <= self.settings.give_up_ratio * least:
-            return self._iterate(fit, SLOW_ITERATIONS if slow else FURTHER_ITERATIONS)
+            return self._iterate(fit, self.settings.slow_iterations if slow else self.settings.further_iterations)
         return fit
 
     def _bounds_hunting(self, fit: Fit) -> bool:
@@ -232,7 +227,7 @@ class ScreeningFits:
         lanes = core.LANES - 1 - len(effect_paths) - len(model.run_dependent_paths())
         few = len(self.base) if self.is_windowed else max(lanes, len(self.base) // 2)
         paths = [*self.base[:few], *effect_paths]
-        return self._fit(model, segments, paths, FIRST_ITERATIONS)
+        return self._fit(model, segments, paths, self.settings.first_iterations)
 
     def _iterate(self, fit: Fit, max_iterations: int) -> Fit:
         segments = adapt_to_model(self.context, fit.model, fit.segments, self.max_steps)
@@ -244,7 +239,12 @@ class ScreeningFits:
     ) -> Fit | None:
         context = self.context.in_background(1)
         return fit_with_effects(
-            context, model, segments, list(paths), tolerance=SCREENING_TOLERANCE, max_iterations=max_iterations
+            context,
+            model,
+            segments,
+            list(paths),
+            tolerance=self.settings.screening_tolerance,
+            max_iterations=max_iterations,
         )
 
 

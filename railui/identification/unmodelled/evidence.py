@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.campaign.settings.detection import VerdictSettings
+from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.validation import Validation

@@ -10,7 +10,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.segment import Segment
-from railui.campaign.settings.detection import VerdictSettings
+from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
@@ -29,7 +29,6 @@ from railui.identification.unmodelled.force_curve import CurveLocation, curve_lo
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence
 from railui.vehicle.model import Model
 
-CURVES_FITTED = 2  # of the curves that explain most
 CONTACT_LOCATIONS = ("contact", "wheelset", "wheelset_yaw")
 
 
@@ -151,7 +150,7 @@ def _best_curve(context: Context, fit: Fit, origin: ForceLocation | None) -> _Fi
     if curves and origin is not None and curves[0][0] < min(settings.reliable_share, origin.share):
         curves = [c for c in curves if _is_at(c[2], origin)] or curves
     fitted = []
-    for share, force, spot in curves[:CURVES_FITTED]:
+    for share, force, spot in curves[: settings.fitted_curves]:
         curve_fit = fit_curve(context, fit, spot, force)
         if curve_fit is not None:
             validation = validate(context, curve_fit.model, context.dataset.selection)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from railui.campaign.settings.detection import VerdictSettings
+from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.residual_coherence import UNKNOWN, ResidualCoherence, Share
 from railui.identification.estimation.residual_evidence import summarise_coherence
 

@@ -12,7 +12,6 @@ from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.minimum_detectable import (
-    ABSORPTION_MARGIN,
     amount_of_gain,
     minimum_detectable_amount,
     minimum_detectable_effects,
@@ -55,7 +54,7 @@ def test_an_effect_lowers_the_error_by_the_minimum_relative_gain() -> None:
 def test_an_effect_lowers_the_validation_error_as_predicted() -> None:
     test = score_test(score(SPRING), rss=1e-2)
     found = minimum_detectable_amount(score(SPRING), test, MIN_GAIN, 0.05, {(SPRING, 0): PredictedGain(9.0)})
-    assert found == pytest.approx(ABSORPTION_MARGIN * sqrt(SQUARED_GAIN * 0.05**2 / 9.0), rel=1e-9)
+    assert found == pytest.approx(test.settings.absorption_margin * sqrt(SQUARED_GAIN * 0.05**2 / 9.0), rel=1e-9)
 
 
 def test_nine_of_ten_scattered_gains_exceed_the_required_one() -> None:

@@ -35,7 +35,7 @@ def scored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Context, Fit, Scor
 def test_the_diagonal_of_the_projected_gram_matrix_is_that_of_the_score_test(scored):
     context, fit, scores = scored
     test = ScoreTest(context, fit, fit.segments)
-    shapes, gram, score = projected_gram(test, select_shapes(scores, 20))
+    shapes, gram, score = projected_gram(test, select_shapes(scores, 20, 3))
     assert len(shapes) > 10
     np.testing.assert_allclose(np.diag(gram), [s.norm for s in shapes], rtol=1e-3)
     np.testing.assert_allclose(score, [s.scores.sum() for s in shapes], rtol=1e-3, atol=1e-3 * np.abs(score).max())

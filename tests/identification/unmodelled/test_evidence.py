@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from railui.campaign.settings.detection import VerdictSettings
+from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.structure.equivalent_inputs import ForceLocation
 from railui.identification.unmodelled.evidence import NO_EVIDENCE, evidence_of_blocks, evidence_of_forces
 from railui.identification.unmodelled.evidence import LocationEvidence as Evidence

@@ -1,0 +1,44 @@
+"""Settings of the verdict: what the added effects must explain, and the evidence for a location and against noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from railui.campaign.settings.declaration import setting
+
+
+@dataclass(frozen=True)
+class VerdictSettings:
+    """Verdict: what the added effects must explain, and the evidence that a location needs."""
+
+    min_explained_share: float = setting(
+        0.9,
+        maximum=1.0,
+        meaning="Share of the squared error beyond noise from which the added effects are the explanation.",
+        provenance="conventional: nine tenths; below, the verdict is partial where a structure is left",
+    )
+    min_location_share: float = setting(
+        0.3,
+        maximum=1.0,
+        meaning="Share of the squared residual beyond noise that a force must explain for its location to be named.",
+    )
+    min_location_excess: float = setting(
+        0.1,
+        maximum=1.0,
+        meaning="Share that a force on the vehicle must explain beyond forces at the contact, as track noise has.",
+    )
+    location_standard_errors: float = setting(
+        2.0,
+        meaning="Standard errors by which that share must exceed zero.",
+        provenance="conventional: two standard errors, some 95 % two-sided",
+    )
+    min_coherent_share: float = setting(
+        0.1,
+        maximum=1.0,
+        meaning="Share of the residual, coherent with the track or a motion beyond chance, from which it is no noise.",
+    )
+    coherence_standard_errors: float = setting(
+        3.0,
+        meaning="Standard errors by which that share must exceed zero.",
+        provenance="conventional: three, for the largest of some sixteen shares",
+    )
