@@ -341,7 +341,7 @@ def adjust(
     profile : sequence of str
         Parameters whose profile likelihood is computed.
     seed : int
-        Seed of all random numbers.
+        Seed of the random signs of the tests and of the ranking; noise realisations have fixed seeds.
     jobs : int, optional
         Threads; all processors by default.
     progress : Progress

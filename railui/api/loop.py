@@ -279,7 +279,7 @@ def loop(
     without : collection of str, optional
         Kinds of effects that are excluded from the structure detection.
     seed : int, optional
-        Seed of all random numbers.
+        Seed of the random signs of the tests and of the ranking; noise realisations have fixed seeds.
     jobs : int, optional
         Number of threads; all processors by default.
     correct : bool, optional

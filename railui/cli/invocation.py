@@ -139,7 +139,7 @@ def common_options(command: Callable[..., Any]) -> Callable[..., Any]:
     @click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - for stdout.")
     @click.option("-q", "--quiet", is_flag=True, help="Print no messages.")
     @click.option("-v", "--verbose", count=True, help="Print more messages, and the traceback of an error.")
-    @click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers.")
+    @click.option("--seed", type=click.IntRange(min=0), help="Seed of the random numbers.")
     @click.option("--jobs", type=click.IntRange(min=1), help="Number of threads; all processors by default.")
     @click.pass_context
     @functools.wraps(command)

@@ -90,7 +90,7 @@ def _critical_speeds_table(result: Mapping[str, Any]) -> Any:
     text = "" if frequency is None else f"{frequency:.3f} Hz{spread}"
     rows = [("linear", *_speed(result["linear_critical_speed"], 5), text)]
     if result["rest_critical_speed"] != result["linear_critical_speed"]:
-        rows.append(("equilibrium, with the effects' slopes", *_speed(result["rest_critical_speed"], 3), ""))
+        rows.append(("linear, with linearised effects", *_speed(result["rest_critical_speed"], 3), ""))
     if result["fold"]:
         rows.append(("nonlinear", *_speed(result["fold_speed"], 2), _limit_cycle_text(result)))
     if practical := result["practical"]:

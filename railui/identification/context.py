@@ -27,7 +27,9 @@ class Context:
     settings
         Thresholds, as the campaign has them.
     seed
-        Of every random draw.
+        Of the random signs of the tests and of the draws behind the ranking and the next runs. Noise realisations
+        of the floor, of the weights of the channels, of the bias and of the location have fixed seeds: the
+        floor of a model does not depend on the seed.
     jobs
         Threads; None: as many as the machine has cores.
     excluded

@@ -91,7 +91,7 @@ class LoopResult(WithContext):
 
     @property
     def seed(self) -> int:
-        """Seed of every random draw."""
+        """Seed of the tests and of the ranking; noise realisations have fixed seeds (`Context`)."""
         return self.context.seed
 
     @property

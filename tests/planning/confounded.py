@@ -209,7 +209,7 @@ def totals(rows: Sequence[Row]) -> list[str]:
         lines += [format_total(f"both durations, {kind}: proposed one decides", proposed)] if proposed else []
     likely = [r for r in rows if r.promised >= LIKELY]
     lines += [
-        format_total(f"proposed runs promised at {100 * LIKELY:.0f} % or more: decide", [r.decides for r in likely]),
+        format_total(f"proposed runs predicted at {100 * LIKELY:.0f} % or more: decide", [r.decides for r in likely]),
         "",
         f"{drawn} campaigns were drawn for the {len(cases)} cases; in {equivalent} of them all rivals were equivalent "
         "to the planted effect.",
@@ -220,8 +220,10 @@ def totals(rows: Sequence[Row]) -> list[str]:
 def _totals_of(name: str, rows: Sequence[Row]) -> list[str]:
     promised = [100 * np.mean([getattr(r, key) for r in rows]) for key in ("promised", "chance_promised")]
     return [
-        format_total(f"{name}: proposed run decides (promised {promised[0]:.0f} %)", [r.decides for r in rows]),
-        format_total(f"{name}: one by chance decides (promised {promised[1]:.0f} %)", [r.chance_decides for r in rows]),
+        format_total(f"{name}: proposed run decides (predicted {promised[0]:.0f} %)", [r.decides for r in rows]),
+        format_total(
+            f"{name}: one by chance decides (predicted {promised[1]:.0f} %)", [r.chance_decides for r in rows]
+        ),
         format_total(f"{name}: proposed run decides for another", [r.misleads for r in rows]),
         format_total(f"{name}: one by chance decides for another", [r.chance_misleads for r in rows]),
     ]

@@ -1,4 +1,4 @@
-"""Trial of plans: campaigns simulated as planned, and what the loop finds in them against what the plan promised.
+"""Trial of plans: campaigns simulated as planned, and what the loop finds in them against what the plan predicted.
 
 python -m tests.planning.trial --seed 71000 -o plans.csv --resume --write docs/plan.md
 
@@ -172,7 +172,7 @@ def totals(rows: Sequence[Row]) -> list[str]:
     lines = [
         "| outcome | count | % | 95 % limits |",
         "| --- | ---: | ---: | ---: |",
-        format_total("effect of the promised minimum size: found, class and location", [r.is_right for r in planted]),
+        format_total("effect of the predicted minimum size: found, class and location", [r.is_right for r in planted]),
         format_total("the same: any verdict but `none`", [r.verdict != "none" for r in planted]),
         format_total("no effect: false alarm", [r.verdict != "none" for r in clean]),
     ]
@@ -184,13 +184,13 @@ def totals(rows: Sequence[Row]) -> list[str]:
         lines.append(format_total(f"{name}; {speeds} m/s: found", of_plan))
     if every.size:
         rms, median = np.sqrt(np.mean(every**2)), np.median(np.abs(every)) / NORMAL_MEDIAN
-        counted = f"Errors of {len(z)} parameters over their promised standard deviation, {len(clean)} campaigns"
-        lines += ["", f"{counted}: rms {rms:.2f}, median of abs {median:.2f} (1 where the promise holds)."]
+        counted = f"Errors of {len(z)} parameters over their predicted standard deviation, {len(clean)} campaigns"
+        lines += ["", f"{counted}: rms {rms:.2f}, median of abs {median:.2f} (1 where the prediction is right)."]
         lines += ["", "| parameter | rms | 95 % limits |", "| --- | ---: | ---: |"]
         lines += [_rms_line(path, np.array(x)) for path, x in z.items()]
     ratio = np.array([r.floor / r.promised_floor for r in rows if np.isfinite(r.floor)])
     if ratio.size:
-        lines += ["", f"Noise floor found over the promised one: {ratio.min():.2f} to {ratio.max():.2f}, "
+        lines += ["", f"Noise floor found over the predicted one: {ratio.min():.2f} to {ratio.max():.2f}, "
                       f"median {np.median(ratio):.2f}."]  # fmt: skip
     return lines
 
@@ -217,7 +217,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--parts", type=int, default=4, help="of every plan, each with a track of its own")
     p.add_argument("--planted", type=int, default=3, help="campaigns with an effect, per part")
     p.add_argument("--clean", type=int, default=2, help="campaigns without one, per part")
-    p.add_argument("--factor", type=float, default=1.0, help="size of the effects over the promised minimum")
+    p.add_argument("--factor", type=float, default=1.0, help="size of the effects over the predicted minimum")
     p.add_argument("--processes", type=int, default=2, choices=(1, 2))
     p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append the rows of each part as it finishes")
     p.add_argument("--resume", action="store_true", help="leave out the parts that the output has")

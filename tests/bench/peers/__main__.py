@@ -84,17 +84,19 @@ def table(job: Job, rows: Sequence[Row]) -> str:
     """The rows of a job as Markdown."""
     lines = [
         f"### {job.name.capitalize()} job\n",
-        "| | ns per design-step | designs/s | times railui | differs from railui by | rode | version |",
+        "| | ns per design-step | designs/s | times railui | differs from railui by | simulated | version |",
         "| --- | ---: | ---: | ---: | ---: | --- | --- |",
     ]
     steps = job.samples - 1
     for row in rows:
-        rode = f"{row.peer.designs} x {row.peer.samples / 10_000:.1f} km"
+        extent = f"{row.peer.designs} x {row.peer.samples / 10_000:.1f} km"
         apart = "" if row.peer is PEERS[0] else f"{row.difference:.0e}"
         per_second = f"{1e9 / (row.ns * steps):,.3g}" if row.ns * steps > 1e6 else f"{1e9 / (row.ns * steps):,.0f}"
         speed = f"{row.ns:,.0f}" if row.ns >= 100 else f"{row.ns:.1f}"
         ratio = f"{row.ns / rows[0].ns:.3g}" if row.ns < 1000 * rows[0].ns else f"{row.ns / rows[0].ns:,.0f}"
-        lines.append(f"| {row.peer.name} | {speed} | {per_second} | {ratio} | {apart} | {rode} | {row.peer.version} |")
+        lines.append(
+            f"| {row.peer.name} | {speed} | {per_second} | {ratio} | {apart} | {extent} | {row.peer.version} |"
+        )
     return "\n".join(lines)
 
 
