@@ -34,6 +34,16 @@ COACH = (
     ("one effect planted: right name and joint group", "coach, one effect: named, at its joints", 100),
     ("two effects planted: both names and joint groups right", "coach, two effects: both named", 100),
     ("no effect planted: false alarm", "coach, no effect: false alarm", 0),
+    (
+        "90 % intervals with the true value: parameters of the vehicle",
+        "coach, 90 % intervals with the true value: parameters",
+        90,
+    ),
+    (
+        "90 % intervals with the true value: sizes of effects",
+        "the same: effects",
+        90,
+    ),
 )
 
 
@@ -61,6 +71,18 @@ def outcomes(text: str, names: Sequence[tuple[str, str, int]]) -> list[Outcome]:
 def summary() -> list[Outcome]:
     """Return the outcomes of the trial of bogies, then of that of coaches."""
     return [*outcomes(trial("trial"), BOGIE), *outcomes(trial("coaches"), COACH)]
+
+
+def coach_rates(text: str) -> str:
+    """Return in words how many intervals of coaches contain the true value.
+
+    text: the section of the trial of coaches.
+    """
+    *_, parameters, effects = outcomes(text, COACH)
+    return (
+        f"- Coaches: {_with_limits(parameters)} of the 90 % intervals of parameters and {_with_limits(effects)} of those "
+        "of effects contain the true value."
+    )
 
 
 def trial(name: str) -> str:
@@ -125,7 +147,7 @@ def draw(rows: Sequence[Outcome], path: Path) -> None:
 def page(text: str) -> str:
     """Return the page with the table of the trials and the rates in words."""
     text = re.sub(f"{BEGIN}.*?{END}", lambda _: f"{BEGIN}\n{table(summary())}\n{END}", text, flags=re.S)
-    written = f"{BEGIN_RATES}\n{rates(trial('trial'))}\n{END_RATES}"
+    written = "\n".join([BEGIN_RATES, rates(trial("trial")), coach_rates(trial("coaches")), END_RATES])
     return re.sub(f"{BEGIN_RATES}.*?{END_RATES}", lambda _: written, text, flags=re.S)
 
 

@@ -125,6 +125,12 @@ class Design:
         return self.kind != "rig"
 
     @property
+    def is_on_rollers(self) -> bool:
+        """True for a vehicle whose wheelsets all run on the rollers of a rig."""
+        wheelsets = () if self.structure is None else self.structure.wheelsets
+        return bool(wheelsets) and all(w.is_on_rollers for w in wheelsets)
+
+    @property
     def has_wheelset_equations(self) -> bool:
         """True where the equations of two wheelsets and a frame are those of thesis 3.4."""
         return self.kind == "bogie"

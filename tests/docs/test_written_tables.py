@@ -25,6 +25,14 @@ def test_the_summary_refuses_a_trial_without_a_row() -> None:
         blind_summary.outcomes("| another outcome | 1 of 2 | 50 | 1 to 99 |\n", blind_summary.BOGIE)
 
 
+def test_the_coverage_of_coaches_is_that_of_the_trial() -> None:
+    rows = [f"| {name} | {k} of 9 | {percent} | 10 to 90 |" for k, percent, (name, _, _) in zip(
+        (1, 2, 3, 6, 7), (11, 22, 33, 67, 78), blind_summary.COACH, strict=True
+    )]  # fmt: skip
+    text = blind_summary.coach_rates("\n".join(rows))
+    assert "67 % (95 % limits 10 to 90) of the 90 % intervals of parameters and 78 % (95 % limits 10 to 90) of" in text
+
+
 def test_the_rates_in_words_are_those_of_the_trial() -> None:
     """A trial of 3 loops of 5, with intervals by two sets of sensors."""
     rows = [f"| {name} | 2 of 3 | 67 | 9 to 99 |" for name, _, _ in blind_summary.BOGIE]

@@ -19,8 +19,11 @@ from railui.identification.loop import calibrate_only
 from railui.identification.result import LoopResult
 from railui.report.loop.noise import noise_notes
 from railui.report.loop.notes import absent_cross_level_notes, unstated_track_noise_notes, unstructured_residual_notes
+from railui.vehicle.design_reader import load_design
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import effect
+
+ROOT = Path(__file__).parents[3]
 
 
 def result(error_to_noise: float, p: float, **more: Any) -> LoopResult:
@@ -73,16 +76,25 @@ def test_unstated_noise_of_the_track_columns_is_a_warning(stated: dict[str, floa
 def test_a_run_without_cross_level_is_a_warning(recorded: tuple[str, ...], named: str | None) -> None:
     """A free decay has none either, but no irregularity at all."""
     with_both = segment("run_0.csv", "yw", "phiw")
-    notes = absent_cross_level_notes(
-        cast(Dataset, SimpleNamespace(segments=(with_both, segment("run_1.csv", *recorded))))
-    )
+    notes = absent_cross_level_notes(dataset_on("check_bogie", with_both, segment("run_1.csv", *recorded)))
     assert [note.split(":")[0] for note in notes] == ([f"no cross-level (phiw) in {named}"] if named else [])
 
 
 def test_runs_that_all_lack_cross_level_have_one_warning() -> None:
     segments = (segment("run_0.csv", "yw"), segment("run_1.csv", "yw"))
-    (note,) = absent_cross_level_notes(cast(Dataset, SimpleNamespace(segments=segments)))
+    (note,) = absent_cross_level_notes(dataset_on("check_bogie", *segments))
     assert note.startswith("no cross-level (phiw) in the runs: taken as zero.")
+
+
+@pytest.mark.parametrize(("design", "warnings"), [("cooperrider", 1), ("roller_rig", 0)])
+def test_rollers_need_no_cross_level(design: str, warnings: int) -> None:
+    assert len(absent_cross_level_notes(dataset_on(design, segment("run_0.csv", "yw")))) == warnings
+
+
+def dataset_on(design: str, *segments: Segment) -> Dataset:
+    """Return segments of runs with a bundled design."""
+    campaign = SimpleNamespace(design=load_design(ROOT / "designs" / f"{design}.yaml"))
+    return cast(Dataset, SimpleNamespace(campaign=campaign, segments=segments))
 
 
 def segment(file: str, *recorded: str) -> Segment:
