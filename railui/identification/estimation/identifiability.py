@@ -260,7 +260,7 @@ def estimate_per_section(context: Context, fit: Fit, length: float) -> SectionEs
     if not values:
         enough = (min_blocks + 1) * float(np.median(np.diff(s)))
         least = f"give at least {enough:.0f} m" if enough > length else "measure longer runs"
-        raise ValueError(f"stretches of {length:g} m are too short to estimate parameters on each, {least}")
+        raise ValueError(f"sections of {length:g} m are too short to estimate parameters on each, {least}")
     return SectionEstimates(fit.free.paths, np.array(sections), np.array(values), np.array(sds))
 
 

@@ -6,7 +6,7 @@ columns are not: each reaches several channels through the vehicle.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -37,7 +37,7 @@ class Share(NamedTuple):
     share: float
     standard_error: float
 
-    def is_significant(self, standard_errors: float = 2.0) -> bool:
+    def is_significant(self, standard_errors: float) -> bool:
         """True where the share differs from chance by more than so many standard errors."""
         return bool(self.share > standard_errors * self.standard_error)
 
@@ -268,17 +268,3 @@ def _share(parts: Sequence[_Coherent | None]) -> Share:
         part = float(p.total[0]) / total
         variance += part**2 * (groups - 1) / groups * float(np.sum((without - without.mean()) ** 2))
     return Share(share, float(np.sqrt(variance)))
-
-
-def incoherent_channels(coherence: Mapping[str, ResidualCoherence], standard_errors: float = 2.0) -> list[str]:
-    """List the channels whose residual is coherent with neither the track nor a motion nor another residual.
-
-    A channel of which a share is unknown is not listed.
-    """
-    listed = []
-    for name, c in coherence.items():
-        shares = (c.track, c.motions, c.others)
-        is_known = all(np.isfinite(x.share) for x in shares)
-        if is_known and not any(x.is_significant(standard_errors) for x in shares):
-            listed.append(name)
-    return listed

@@ -18,8 +18,8 @@ REMOVAL_TOLERANCE = 1e-4
 def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep], previous: Stage | None) -> Stage:
     """Remove each effect without which the validation error is not significantly higher; updates `steps`.
 
-    previous: the model before the last effect was added; None where it was one of a pair, whose halves are judged
-    each without the other.
+    previous: the model before the last effect was added; None where it was one of a pair: each of the two
+    is then removed alone.
     """
     removed = True
     while removed and not context.is_out_of_time:

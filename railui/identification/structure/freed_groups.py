@@ -1,4 +1,4 @@
-"""The model in which the members of a group have numbers of their own, where the residual asks for it."""
+"""Fit with a separate number for each member of a group whose members differ significantly."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ TOLERANCE = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class FreedGroups:
-    """Test of all groups against the residual of a fit, and the fit with those freed that ask for it.
+    """Test of all groups against the residual of a fit, and the fit with the members of the heterogeneous ones freed.
 
     Attributes
     ----------
     groups : tuple of GroupDifference
     fit, validation
-        With the groups that ask freed, on the runs that select effects; None where none asks or the fit diverges.
+        With these members freed, on the runs that select effects; None where no group is heterogeneous or the fit
+        diverges.
     """
 
     groups: tuple[GroupDifference, ...] = ()
@@ -38,27 +39,28 @@ class FreedGroups:
 
 
 def free_groups(context: Context, fit: Fit) -> FreedGroups:
-    """Test the differences within all groups, and estimate the members of those that ask for it by themselves.
+    """Test the differences within all groups, and estimate each member of the heterogeneous ones.
 
-    A group asks only where its members explain what makes the model inadequate, and do not raise the error on other
-    runs: a missing law of one joint differs from the law of the others, too, but no linear member explains it all.
+    A group counts as heterogeneous only where its members explain what makes the model inadequate, and do not raise
+    the error on other runs: a missing law of one joint differs from the law of the others, too, but no linear member
+    explains it all.
     """
     groups: tuple[GroupDifference, ...] = ()
     try:
         groups = () if fit.slips else compare_group_members(context, fit)
-        asking = [group.path for group in groups if group.asks]
-        if not asking:
+        paths = [group.path for group in groups if group.is_heterogeneous]
+        if not paths:
             return FreedGroups(groups)
-        freed = _freed_fit(context, fit, asking)
+        freed = _freed_fit(context, fit, paths)
     except ValueError:  # the vehicle diverges at a point of the fit
-        return _without_requests(groups)
+        return _homogeneous(groups)
     unexplained = misfit_beyond_noise(context, fit.normal.rss, fit.normal.samples)
     if fit.normal.rss - freed.normal.rss < context.settings.verdict.min_explained_share * unexplained:
-        return _without_requests(groups)
+        return _homogeneous(groups)
     validation, common = (validate(context, m, context.dataset.selection) for m in (freed.model, fit.model))
     if not validation.nrmse < common.nrmse:
-        return _without_requests(groups)
-    context.progress.message(f"  {', '.join(asking)} freed: NRMSE {validation.nrmse:.4f}")
+        return _homogeneous(groups)
+    context.progress.message(f"  {', '.join(paths)} freed: NRMSE {validation.nrmse:.4f}")
     return FreedGroups(groups, freed, validation)
 
 
@@ -71,8 +73,8 @@ def freed_members_lower_error(
     return floor is None or freed.validation.nrmse <= context.settings.selection.adequate_ratio * floor.nrmse
 
 
-def _without_requests(groups: Sequence[GroupDifference]) -> FreedGroups:
-    return FreedGroups(tuple(replace(group, asks=False) for group in groups))
+def _homogeneous(groups: Sequence[GroupDifference]) -> FreedGroups:
+    return FreedGroups(tuple(replace(group, is_heterogeneous=False) for group in groups))
 
 
 def _freed_fit(context: Context, fit: Fit, paths: Sequence[str]) -> Fit:

@@ -41,8 +41,8 @@ class GroupDifference:
         Multiple correlation of the differences with the residual.
     p_value : float
         Family-wise, over all groups.
-    asks : bool
-        Whether the data ask for a number of each member.
+    is_heterogeneous : bool
+        Whether the members differ significantly, by an amount that matters.
     """
 
     path: str
@@ -50,7 +50,7 @@ class GroupDifference:
     differences: tuple[float, ...]
     partial_correlation: float
     p_value: float
-    asks: bool
+    is_heterogeneous: bool
 
 
 @dataclass(frozen=True)
@@ -64,12 +64,12 @@ class Contrast(Candidate):
 
 
 def compare_group_members(context: Context, fit: Fit) -> tuple[GroupDifference, ...]:
-    """Test every shared number of a fit; a group that asks is divided before the others are tested again.
+    """Test every shared number of a fit; a heterogeneous group is divided before the others are tested again.
 
     Returns
     -------
     tuple of GroupDifference
-        Those that ask first. Empty for a vehicle without shared numbers.
+        The heterogeneous ones first. Empty for a vehicle without shared numbers.
     """
     structure = fit.model.design.structure
     if structure is None or context.is_out_of_time:
@@ -79,13 +79,13 @@ def compare_group_members(context: Context, fit: Fit) -> tuple[GroupDifference, 
     if not shared:
         return ()
     test = _GroupTest(context, fit, shared)
-    asking: list[GroupDifference] = []
+    heterogeneous: list[GroupDifference] = []
     while True:
-        found = sorted(test.run([g.path for g in asking]), key=lambda g: -g.partial_correlation)
-        best = next((g for g in found if g.asks), None)
+        found = sorted(test.run([g.path for g in heterogeneous]), key=lambda g: -g.partial_correlation)
+        best = next((g for g in found if g.is_heterogeneous), None)
         if best is None:
-            return (*asking, *found)
-        asking.append(best)
+            return (*heterogeneous, *found)
+        heterogeneous.append(best)
 
 
 def misfit_beyond_noise(context: Context, rss: float, samples: int) -> float:
@@ -168,14 +168,14 @@ class _GroupTest:
         rho2 = explained / max(projector.rss, 1e-300)
         is_large = float(np.max(np.abs(differences))) >= self.settings.min_group_difference * size
         beyond_noise = misfit_beyond_noise(self.context, projector.rss, self.samples)
-        asks = (
+        is_heterogeneous = (
             p <= self.settings.significance_level
             and rho2 >= self.settings.structured_rho2
             and explained >= self.settings.min_group_share * beyond_noise
             and is_large
         )
         return GroupDifference(
-            path, self.shared[path], tuple(differences.tolist()), float(np.sqrt(min(rho2, 1.0))), p, asks
+            path, self.shared[path], tuple(differences.tolist()), float(np.sqrt(min(rho2, 1.0))), p, is_heterogeneous
         )
 
 

@@ -1,4 +1,4 @@
-"""Locations at which the trace places effects, forces and force curves on a vehicle."""
+"""Locations of effects, forces and force curves on a vehicle."""
 
 from __future__ import annotations
 

@@ -334,9 +334,9 @@ class StepwiseSelection:
         ratio = self.settings.simpler_misfit_ratio if len(freed.x) <= parameters else 1.0 / self.settings.rival_ratio
         if freed.normal.rss > ratio * rss:
             return False
-        before = fit.normal.rss
+        shares = [1.0 - x / fit.normal.rss for x in (freed.normal.rss, rss)]
         self.context.progress.message(
-            f"  numbers of their own explain as much: {1 - freed.normal.rss / before:.2f}, not {1 - rss / before:.2f}"
+            f"  separate numbers explain {shares[0]:.2f} of the misfit, effects {shares[1]:.2f}"
         )
         return True
 

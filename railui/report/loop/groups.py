@@ -12,7 +12,7 @@ Report = Mapping[str, Any]
 
 
 def group_rows(result: LoopResult) -> list[dict[str, Any]]:
-    """Return the test of every shared number, those that the data ask to free first."""
+    """Return the test of every shared number, those whose members differ significantly first."""
     freed = result.freed.validation
     return [
         {
@@ -22,21 +22,21 @@ def group_rows(result: LoopResult) -> list[dict[str, Any]]:
             "differences": list(group.differences),
             "partial_correlation": group.partial_correlation,
             "p_value": group.p_value,
-            "asks": group.asks,
-            "nrmse": None if freed is None or not group.asks else freed.nrmse,
+            "asks": group.is_heterogeneous,
+            "nrmse": None if freed is None or not group.is_heterogeneous else freed.nrmse,
         }
         for group in result.freed.groups
     ]
 
 
 def group_lines(report: Report) -> list[str]:
-    """Return which numbers the data ask to free, with the remedy; nothing where none."""
-    asking = [row for row in report.get("groups", ()) if row["asks"]]
-    if not asking:
+    """Return the numbers whose members differ significantly, with the remedy; nothing where none."""
+    heterogeneous = [row for row in report.get("groups", ()) if row["asks"]]
+    if not heterogeneous:
         return []
-    named = "; ".join(f"{row['path']} ({differences_text(row)} from the mean)" for row in asking)
-    paths = ", ".join(row["path"] for row in asking)
-    return [f"The residual asks for different numbers: {named}. Write `free: [{paths}]` in the campaign."]
+    named = "; ".join(f"{row['path']} ({differences_text(row)} from the mean)" for row in heterogeneous)
+    paths = ", ".join(row["path"] for row in heterogeneous)
+    return [f"The members of a group differ significantly: {named}. Write `free: [{paths}]` in the campaign."]
 
 
 def differences_text(row: Report) -> str:

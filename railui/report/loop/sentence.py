@@ -68,10 +68,10 @@ def _without_discrepancy(result: LoopResult) -> str:
     freed, error = result.freed, f"Validation error {_error(result, 'after')}"
     if freed.validation is None:
         return f"The residual exceeds noise; its cause is unknown. {error}; {_noise(result)}."
-    paths = ", ".join(group.path for group in freed.groups if group.asks)
+    paths = ", ".join(group.path for group in freed.groups if group.is_heterogeneous)
     return (
         f"Joints or wheelsets differ in {paths}. {error} with common numbers, {_short(freed.validation.nrmse)} with "
-        f"numbers of their own; {_noise(result)}."
+        f"separate ones; {_noise(result)}."
     )
 
 

@@ -79,7 +79,7 @@ def fitted(*factors: tuple[str, float]) -> tuple[Context, Fit]:
 def test_equal_wheelsets_ask_for_nothing() -> None:
     groups = compare_group_members(*fitted())
     assert {g.path for g in groups} == set(PATHS)
-    assert all(g.members == (1, 2) and not g.asks for g in groups)
+    assert all(g.members == (1, 2) and not g.is_heterogeneous for g in groups)
     assert max(g.partial_correlation for g in groups) < 0.1
 
 
@@ -88,7 +88,7 @@ def test_a_wheelset_that_differs_is_found_with_its_sign_and_size(index: int) -> 
     path = PATHS[index]
     context, fit = fitted((f"{path}.2", 0.7))
     first, *others = compare_group_members(context, fit)
-    assert (first.path, first.asks) == (path, True) and not any(g.asks for g in others)
+    assert (first.path, first.is_heterogeneous) == (path, True) and not any(g.is_heterogeneous for g in others)
     assert first.p_value <= context.settings.score_test.significance_level
     declared = context.nominal.design.value(path)
     assert first.differences == pytest.approx([0.15 * declared, -0.15 * declared], rel=0.4)

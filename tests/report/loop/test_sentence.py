@@ -131,12 +131,14 @@ def test_a_location_without_evidence_is_not_named() -> None:
 
 def test_a_number_that_differs_between_joints_is_named_with_both_errors() -> None:
     differs = result("outside")
-    group = GroupDifference("vehicle.elements.damper.lateral_damping", (1, 2), (6e3, -6e3), 0.8, 5e-4, asks=True)
-    other = replace(group, path="contact.wheels.roll", asks=False)
+    group = GroupDifference(
+        "vehicle.elements.damper.lateral_damping", (1, 2), (6e3, -6e3), 0.8, 5e-4, is_heterogeneous=True
+    )
+    other = replace(group, path="contact.wheels.roll", is_heterogeneous=False)
     differs.freed = FreedGroups((group, other), None, cast("Validation", SimpleNamespace(nrmse=0.048)))  # type: ignore[misc]
     assert sentence(differs) == (
         "Joints or wheelsets differ in vehicle.elements.damper.lateral_damping. Validation error 0.054 with common "
-        "numbers, 0.048 with numbers of their own; expected from noise alone 0.053."
+        "numbers, 0.048 with separate ones; expected from noise alone 0.053."
     )
 
 
