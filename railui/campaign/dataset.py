@@ -30,7 +30,7 @@ def segments_of_run(
     unknown_lead: float = 0.0,
     load: str | None = None,
 ) -> list[Segment]:
-    """Cut a run into its usable segments, in their order.
+    """Cut a run into its usable segments, in their order, each from where the track under all wheelsets is known.
 
     index: that of the run in the campaign. unknown_lead: distance [m] behind the leading wheelset without a record.
     load: state of the design.
@@ -43,11 +43,10 @@ def segments_of_run(
         if kind not in known.RIG_FORMS and "s" not in columns:
             columns["s"] = distance_from_speed(columns["t"], columns["v"])
         usable = {k: x for k, x in columns.items() if k not in responses or np.all(np.isfinite(x))}
-        segments.append(
-            Segment(
-                name, role, number, usable, 1.0 / run.rate, kind, run_index=index, unknown_lead=unknown_lead, load=load
-            )
+        whole = Segment(
+            name, role, number, usable, 1.0 / run.rate, kind, run_index=index, unknown_lead=unknown_lead, load=load
         )
+        segments.append(whole.on_known_track())
     return segments
 
 

@@ -122,7 +122,7 @@ class Segment:
         """Return the input table of the segment for a number of RK4 steps per sample, cached."""
         key = (half_wheelbase, steps)
         if key not in self.tables:
-            is_shared = steps <= MAX_SHARED_STEPS or self.first_sample > 0
+            is_shared = steps <= MAX_SHARED_STEPS or self._starts_inside
             source = self.window_of or (self.truncation_of if is_shared else None)
             self.tables[key] = (
                 self._input_table(self.columns, half_wheelbase, steps)
@@ -130,6 +130,11 @@ class Segment:
                 else self._window_rows(source.table(half_wheelbase, steps), steps)
             )
         return self.tables[key]
+
+    @property
+    def _starts_inside(self) -> bool:
+        """True where the track behind its first sample is that of a longer segment."""
+        return self.first_sample > 0 or (self.truncation_of is not None and self.truncation_of._starts_inside)
 
     def truncated(self, samples: int) -> Segment:
         """Return the segment cut after its first samples."""
@@ -140,6 +145,14 @@ class Segment:
         columns = {k: np.ascontiguousarray(x[start:stop]) for k, x in self.columns.items()}
         first = start if self.window_of is None else self.first_sample + start
         return replace(self, columns=columns, tables={}, truncation_of=self, first_sample=first)
+
+    def on_known_track(self) -> Segment:
+        """Return the part in which the track under every wheelset is recorded.
+
+        Until the last wheelset has come to where the record begins it meets a track that nobody has measured.
+        """
+        first = self._first_known()
+        return replace(self.part(first, self.samples), unknown_lead=0.0) if first else self
 
     def windows(self, seconds: float) -> list[Segment]:
         """Cut the segment into windows of at least a length [s] that share its track, from where it is known on."""

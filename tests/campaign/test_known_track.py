@@ -1,0 +1,46 @@
+"""Start of a run: a vehicle is compared from where the track under its last wheelset is known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from railui.campaign.segment import Segment
+from railui.track import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
+from tests.truth.tracks import met
+
+DISTANCES = (0.0, 2.5, 19.0, 21.5)  # m behind the leading wheelset
+LAST_LATERAL = FIRST_WHEELSET_COLUMN + 3 * COLUMNS_PER_WHEELSET
+
+
+def whole(lead: float = DISTANCES[-1]) -> Segment:
+    run = met(40.0, 6.0, 3, "low", rate=200.0, before=0.0, spread=0.2)
+    columns = {"t": run.t, "s": run.s, "v": run.v, "yw": run.yw, "phiw": run.phiw}
+    return Segment("run", "adjust", 0, columns, 1 / 200.0, "bogie", unknown_lead=lead)
+
+
+def test_a_run_begins_where_the_last_wheelset_meets_the_record() -> None:
+    segment, s, t = whole().on_known_track(), whole().columns["s"], whole().columns["t"]
+    first = int(np.searchsorted(s, s[0] + 21.5))
+    assert segment.columns["t"][0] == t[first]
+    assert segment.samples == len(s) - first
+
+
+def test_a_trailing_wheelset_meets_the_recorded_track_from_the_first_sample_on() -> None:
+    segment, recorded = whole().on_known_track(), whole().columns
+    for steps in (1, 2, 4):
+        for part in (segment, segment.truncated(200), segment.windows(1.0)[0]):
+            table = part.table(DISTANCES, steps)
+            assert len(table) == 2 * steps * (part.samples - 1) + 1
+            s = part.columns["s"][:5]
+            expected = np.interp(s - DISTANCES[-1], recorded["s"], recorded["yw"])
+            under_last = table[: 2 * steps * 5 : 2 * steps, LAST_LATERAL]
+            np.testing.assert_allclose(under_last, expected, atol=2e-6)
+
+
+def test_a_short_run_begins_at_its_middle_at_the_latest() -> None:
+    assert whole(1e4).on_known_track().samples == whole().samples - whole().samples // 2
+
+
+def test_a_bogie_is_compared_from_the_first_sample_on() -> None:
+    segment = whole(0.0)
+    assert segment.on_known_track() is segment
