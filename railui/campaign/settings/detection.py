@@ -36,6 +36,17 @@ class ScoreTestSettings:
         minimum=1,
         meaning="Groups of joints of a vehicle of bodies, the best first, whose single joints are candidates as well.",
     )
+    searched_joints: int = setting(
+        4,
+        minimum=0,
+        meaning="Best candidates at single joints of a vehicle of bodies, at whose joints every other law is scored.",
+    )
+    retained_shapes: int = setting(
+        3,
+        minimum=1,
+        meaning="Shapes of an effect at a group of joints of a vehicle of bodies, the best first, that are scored at"
+        " single joints and on the whole part.",
+    )
     max_step_doublings: int = setting(
         2,
         minimum=0,

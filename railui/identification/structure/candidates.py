@@ -212,14 +212,24 @@ class CandidateBatch:
         return out
 
 
-def batch_candidates(candidates: Sequence[Candidate]) -> list[CandidateBatch]:
-    """Group candidates into batches: many placements of a kind with few shapes, else one placement each."""
+def batches_on(model: Model, candidates: Sequence[Candidate]) -> list[CandidateBatch]:
+    """Group candidates into batches for a vehicle.
+
+    A step of a vehicle of bodies costs far more than that of an effect: its batches are filled with placements.
+    """
+    return batch_candidates(candidates, PACKED if model.design.structure is None else core.LANES)
+
+
+def batch_candidates(candidates: Sequence[Candidate], packed: int = PACKED) -> list[CandidateBatch]:
+    """Group candidates into batches: many placements of a kind with at most so many shapes, else one placement each."""
     batches: list[CandidateBatch] = []
     by_kind: dict[str, list[Candidate]] = {}
     for c in candidates:
         by_kind.setdefault(c.kind, []).append(c)
     for members in by_kind.values():
-        few = len(members[0].shapes) <= PACKED and core.effect_record(members[0].kind)["supersedes"] is None
+        few = (
+            max(len(c.shapes) for c in members) <= packed and core.effect_record(members[0].kind)["supersedes"] is None
+        )
         packs = [members] if few else [[c] for c in members]
         for pack in packs:
             lanes = [(i, j) for i, c in enumerate(pack) for j in range(len(c.shapes))]

@@ -14,7 +14,7 @@ from railui.identification.estimation.block_products import block_length
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import truncate
-from railui.identification.structure.candidates import Candidate, CandidateBatch, batch_candidates
+from railui.identification.structure.candidates import Candidate, CandidateBatch, batches_on
 from railui.identification.structure.score_test import ScoreTestResult, output_differences
 from railui.parallel import map_threads
 
@@ -91,7 +91,9 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
 
     candidates = list(dict.fromkeys(s.candidate for s in scores.results))
     return {
-        key: gain for part in map_threads(predict, batch_candidates(candidates), context.jobs) for key, gain in part
+        key: gain
+        for part in map_threads(predict, batches_on(fit.model, candidates), context.jobs)
+        for key, gain in part
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Final
 
 from railui import core
@@ -13,6 +13,16 @@ from railui.vehicle.multibody import Structure
 # laws of a damper, which are looked for at the damper where it and a spring join the same bodies
 DAMPERS: Final = ("viscous_damper", "quadratic_damper", "asymmetric_damper", "maxwell_damper")
 JOINT_CLASSES: Final = ("primary_lateral", "primary_yaw", "secondary_lateral", "secondary_yaw")
+# directions of the numbers of an element, and of the locations at which it acts
+DIRECTION_OF_WAY: Final = {
+    "lateral": "lateral",
+    "longitudinal": "yaw",
+    "yaw": "yaw",
+    "vertical": "roll",
+    "roll": "roll",
+}
+JointKey = tuple[object, str]
+Element = tuple[str, JointKey]  # kind of a linear effect and its joint
 Numbers = tuple[int | None, ...]  # of a location: None for all of its wheelsets or joints, then each of them
 
 
@@ -56,6 +66,28 @@ def distinct_locations(model: Model, *, prefer_damping: bool = False) -> list[st
         if key not in best or rank > best[key][:2]:
             best[key] = (*rank, at)
     return [at for at in structure.effect_locations if at in {name for *_, name in best.values()}]
+
+
+def estimated_elements(model: Model, estimated: Collection[str]) -> set[Element]:
+    """Return the springs and dampers that are estimated parameters of the vehicle already, each with its joint."""
+    structure = model.design.structure
+    if structure is None:
+        secondary = ("secondary_lateral", "secondary_yaw")
+        return {(kind, joint_key(model, at)) for kind in ("spring", "viscous_damper") for at in secondary}
+    elements: set[Element] = set()
+    for part in structure.elements:
+        for way, direction in DIRECTION_OF_WAY.items():
+            for number, kind in (("stiffness", "spring"), ("damping", "viscous_damper")):
+                key = f"{way}_{number}"
+                if key in part.keys and set(structure.paths_of(part.number_path(key))) & set(estimated):
+                    elements.add((kind, joint_key(model, f"{part.name}_{direction}")))
+    return elements
+
+
+def joint_key(model: Model, at: str) -> JointKey:
+    """Return what the locations of one joint have in common: the bodies that it joins and the direction."""
+    structure = model.design.structure
+    return (at, "") if structure is None else dict(_joint_locations(structure)).get(at, (at, ""))
 
 
 def _joint_locations(structure: Structure) -> Iterator[tuple[str, tuple[object, str]]]:

@@ -18,7 +18,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.problem import adapt_to_model
-from railui.identification.structure.candidates import Candidate, batch_candidates, candidate_text
+from railui.identification.structure.candidates import Candidate, batches_on, candidate_text
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.screening import ScreeningFits, fit_with_effects, scaled_shape
@@ -124,7 +124,7 @@ def projected_gram(test: ScoreTest, shapes: Sequence[ScoreResult]) -> tuple[list
     for s in shapes:
         by_candidate.setdefault(s.candidate, []).append(s)
     reduced = [replace(c, shapes=tuple(c.shapes[s.shape] for s in some)) for c, some in by_candidate.items()]
-    batches = batch_candidates(reduced)
+    batches = batches_on(test.fit.model, reduced)
     results, rows = [], []
     for batch, (series, is_valid) in zip(
         batches, map_threads(test.differences, batches, test.context.jobs), strict=True

@@ -6,7 +6,12 @@ from pathlib import Path
 
 from railui import core
 from railui.identification.structure.equivalent_inputs import FORCE_LOCATIONS, force_locations
-from railui.identification.structure.locations import candidate_locations, distinct_locations
+from railui.identification.structure.locations import (
+    candidate_locations,
+    distinct_locations,
+    estimated_elements,
+    joint_key,
+)
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
 
@@ -42,3 +47,17 @@ def test_forces_are_compared_at_joints_wheelsets_and_bodies() -> None:
     assert len(found["contact", None]) == 8 and len(found["contact", 3]) == 2
     assert found["body", None] == (("body", None),) and ("frame", 2) in found
     assert force_locations(BOGIE) == FORCE_LOCATIONS
+
+
+def test_the_elements_of_one_joint_share_its_key() -> None:
+    assert joint_key(COACH, "lateral_damper_lateral") == joint_key(COACH, "secondary_lateral")
+    assert joint_key(COACH, "anti_roll_bar_roll") == joint_key(COACH, "secondary_damper_roll")
+    assert joint_key(COACH, "secondary_lateral") != joint_key(COACH, "secondary_yaw")
+    assert joint_key(BOGIE, "secondary_lateral") != joint_key(BOGIE, "primary_lateral")
+
+
+def test_an_estimated_number_is_a_spring_or_damper_of_its_joint_only() -> None:
+    path = "vehicle.elements.lateral_damper.lateral_damping"
+    assert estimated_elements(COACH, [path]) == {("viscous_damper", joint_key(COACH, "secondary_lateral"))}
+    turned = estimated_elements(COACH, ["vehicle.elements.primary.longitudinal_stiffness"])
+    assert turned == {("spring", joint_key(COACH, "primary_yaw"))}
