@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -15,13 +15,11 @@ from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
 from railui.identification.structure.candidates import LINEAR, Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.locations import Element, estimated_elements, joint_key
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.parallel import map_threads
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
-
-# springs and dampers in parallel with these are estimated parameters of the vehicle
-ESTIMATED_ELEMENTS = (("secondary_lateral", None), ("secondary_yaw", None))
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -150,7 +148,12 @@ class ScreeningFits:
         the score test detects little of it.
         """
         known = {s.candidate for s in fitted}
-        elements = [s for s in scores.best if s.candidate not in known and is_absorbed(s.candidate)]
+        estimated = estimated_elements(self.model, self.context.campaign.estimated_parameters)
+        elements = [
+            s
+            for s in scores.best
+            if s.candidate not in known and is_linear(s.candidate) and not self._is_any(s.candidate, estimated)
+        ]
         started = zip(elements, self._map(self._start_element, elements), strict=True)
         limit = self.settings.give_up_ratio * self.least_rss
         close = [(s, fit) for s, fit in started if fit is not None and fit.normal.rss <= limit]
@@ -166,6 +169,10 @@ class ScreeningFits:
                 screened.append((s, fit))
                 self.least_rss = fit.normal.rss
         return screened
+
+    def _is_any(self, c: Candidate, elements: Collection[Element]) -> bool:
+        """True for a spring or damper that an estimated parameter already is."""
+        return c.wheelset is None and (c.kind, joint_key(self.model, c.at)) in elements
 
     def _map(self, work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
         return map_threads(work, items, self.context.jobs)
@@ -248,6 +255,6 @@ class ScreeningFits:
         )
 
 
-def is_absorbed(c: Candidate) -> bool:
-    """True for a spring or damper that the estimated parameters can replace, and that is none of them."""
-    return c.strength is not None and c.kind in LINEAR and (c.at, c.wheelset) not in ESTIMATED_ELEMENTS
+def is_linear(c: Candidate) -> bool:
+    """True for a spring or damper, which estimated parameters can replace."""
+    return c.strength is not None and c.kind in LINEAR
