@@ -237,6 +237,18 @@ def adapt_to_model(
     return adapted
 
 
+def drop_states(context: Context, before: Model, model: Model, prepared: Sequence[FitSegment]) -> list[FitSegment]:
+    """Adapt initial states of a model to the same without one of its effects.
+
+    The displacements and velocities stay, which the model with the effect determines better; the states of all effects
+    start at zero. They are estimated anew where the effect was a body.
+    """
+    own, former = (2 * len(m.vehicles().degrees_of_freedom(m.single_batch())) for m in (model, before))
+    if own != former:
+        return [replace(t, initial_state=estimate_initial_state(context, model, t.segment)) for t in prepared]
+    return [replace(t, initial_state=t.initial_state[:own]) for t in prepared]
+
+
 def truncate(context: Context, prepared: Sequence[FitSegment], seconds: float) -> list[FitSegment]:
     """Keep the first seconds of every segment, enough to distinguish candidates; of a rig's as many samples."""
     truncated = []

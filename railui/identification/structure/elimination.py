@@ -7,6 +7,7 @@ from dataclasses import replace
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import drop_states
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep, Stage, gains, validated_stage
@@ -51,7 +52,7 @@ def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | 
             context.in_background(context.jobs),
             model,
             [*context.campaign.estimated_parameters, *model.effect_paths()],
-            segments=fit.segments,
+            segments=drop_states(context, fit.model, model, fit.segments),
             stable=not model.limits_hunting,
             tolerance=REMOVAL_TOLERANCE,
         )
