@@ -21,6 +21,7 @@ from railui.identification.structure.couplings import find_couplings
 from railui.identification.structure.drift import find_drifts
 from railui.identification.structure.elimination import refit_text, remove_superfluous
 from railui.identification.structure.freed_groups import FreedGroups, free_groups
+from railui.identification.structure.limiting_laws import replace_by_limits
 from railui.identification.structure.pairs import (
     PairRefit,
     PairSearch,
@@ -140,6 +141,7 @@ class StepwiseSelection:
         steps = [s if i < count else replace(s, added=None) for i, s in enumerate(path.steps)]
         previous = path.stages[count - 1] if count and not steps[count - 1].in_pair else None
         final = remove_superfluous(self.context, accepted, steps, previous)
+        final = replace_by_limits(self.context, final, steps, self._final_fit)
         is_known = final.fit is accepted.fit and count < len(steps)
         last = steps[count].score_test if is_known else self.run_score_test(final.fit)
         return Selection(final.fit, final.validation, tuple(steps), last, self._freed_groups(final.fit))
@@ -326,7 +328,7 @@ class StepwiseSelection:
         """True where different numbers of joints or wheelsets explain as much as effects that leave a misfit.
 
         They do with as many parameters or fewer at nearly the same misfit, or with more at a misfit that is clearly
-        lower: a worn damper of one bogie is no new law.
+        lower: a worn damper of one joint is no new law.
         """
         freed = self._freed_groups(fit).fit
         if freed is None:
