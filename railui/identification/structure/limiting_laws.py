@@ -19,12 +19,11 @@ from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.elimination import effect_index, refit_text
 from railui.identification.structure.locations import candidate_locations, estimated_elements, joint_key
 from railui.identification.structure.refit import Refit, cross_validation_errors
-from railui.identification.structure.screening import FIRST_ITERATIONS, fit_with_effects
+from railui.identification.structure.screening import fit_with_effects
 from railui.identification.structure.stage import SelectionStep, Stage, validated_stage
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
-TOLERANCE = 3e-5
 Limit = tuple[str, Callable[[Mapping[str, float]], float]]
 # the linear law that another becomes in a limit, and its number from those of the other
 LIMITS: Final[Mapping[str, tuple[Limit, ...]]] = {
@@ -98,7 +97,7 @@ def _fit_in_place(context: Context, fit: Fit, index: int, effect: PlacedEffect) 
     segments = drop_states(quiet, fit.model, model, fit.segments)
     model, found = model.with_effect(effect), None
     for iterations, ratio in (
-        (FIRST_ITERATIONS, settings.refit.converged_ratio),
+        (settings.refit.first_iterations, settings.refit.converged_ratio),
         (MAX_ITERATIONS, settings.selection.simpler_misfit_ratio),
     ):
         try:
@@ -106,7 +105,9 @@ def _fit_in_place(context: Context, fit: Fit, index: int, effect: PlacedEffect) 
         except ValueError:
             return None  # far from this limit the law is too stiff to be simulated
         paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
-        found = fit_with_effects(quiet, model, adapted, paths, tolerance=TOLERANCE, max_iterations=iterations)
+        found = fit_with_effects(
+            quiet, model, adapted, paths, tolerance=settings.refit.comparison_tolerance, max_iterations=iterations
+        )
         if found is None or found.normal.rss > ratio * fit.normal.rss:
             return None
         model = found.model

@@ -66,7 +66,7 @@ def campaign(factors: tuple[tuple[str, float], ...]) -> Dataset:
         for run, segment in zip("ab", read_dataset(load_campaign(folder)).segments, strict=True):
             series = Predictor(true_model(dict(factors)), segment).simulate(list(NOISE)).series[0]
             noisy = {n: x + rng.normal(0.0, sd, len(x)) for (n, sd), x in zip(NOISE.items(), series, strict=True)}
-            write_run(folder / f"{run}.csv.gz", columns[run] | noisy, UNITS)
+            write_run(folder / f"{run}.csv.gz", {c: segment.columns[c] for c in columns[run]} | noisy, UNITS)
         return read_dataset(load_campaign(folder))
 
 
