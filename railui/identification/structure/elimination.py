@@ -1,4 +1,4 @@
-"""Backward elimination: effects without which the validation error is not significantly higher are removed."""
+"""Backward elimination of effects without which neither the validation error nor the misfit is clearly higher."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
-from railui.identification.estimation.problem import drop_states
+from railui.identification.estimation.problem import DivergedError, drop_states
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep, Stage, gains, validated_stage
@@ -17,10 +17,10 @@ REMOVAL_TOLERANCE = 1e-4
 
 
 def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep], previous: Stage | None) -> Stage:
-    """Remove each effect without which the validation error is not significantly higher; updates `steps`.
+    """Remove each effect that is not needed, see `_is_needed`; updates `steps`.
 
-    previous: the model before the last effect was added; None where it was one of a pair: each of the two
-    is then removed alone.
+    previous: the model before the last effect was added; None where it was one of a pair, whose halves are judged
+    each without the other.
     """
     removed = True
     while removed and not context.is_out_of_time:
@@ -33,11 +33,24 @@ def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep
             if stage is None:
                 continue
             context.progress.message(f"  without {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
-            if not gains(context, stage, final):
+            if not _is_needed(context, stage, final):
                 final, previous, removed = stage, None, True
                 steps[i] = replace(steps[i], added=None)
                 break
     return final
+
+
+def _is_needed(context: Context, without: Stage, final: Stage) -> bool:
+    """True where the validation error is significantly higher without an effect, or the misfit obviously.
+
+    A validation run of few blocks shows a small gain as significant only where all blocks agree; the misfit of the
+    estimation runs decides where the validation error is not lower without the effect.
+    """
+    if gains(context, without, final):
+        return True
+    with_it, without_it = (s.fit.normal.rss / s.fit.normal.samples for s in (final, without))
+    is_obvious = with_it <= (1.0 - context.settings.score_test.obvious_rho2) * without_it
+    return is_obvious and final.validation.nrmse <= without.validation.nrmse
 
 
 def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | None:
@@ -47,16 +60,12 @@ def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | 
     if index is None:
         return None
     model = fit.model.without_effect(index)
+    paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
+    background = context.in_background(context.jobs)
     try:
-        without = fit_output_error(
-            context.in_background(context.jobs),
-            model,
-            [*context.campaign.estimated_parameters, *model.effect_paths()],
-            segments=drop_states(context, fit.model, model, fit.segments),
-            stable=not model.limits_hunting,
-            tolerance=REMOVAL_TOLERANCE,
-        )
-    except ValueError:
+        segments = drop_states(background, fit.model, model, fit.segments)
+        without = fit_output_error(background, model, paths, segments=segments, tolerance=REMOVAL_TOLERANCE)
+    except DivergedError:
         return None
     return validated_stage(context, without)
 

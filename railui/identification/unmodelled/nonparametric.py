@@ -11,7 +11,7 @@ from railui.arrays import FloatArray
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
-from railui.identification.estimation.problem import adapt_to_model
+from railui.identification.estimation.problem import adapt_to_model, drop_states
 from railui.vehicle.effects import PlacedEffect
 
 KIND = "measured_force"
@@ -58,6 +58,7 @@ def estimate_force_points(
     points: Mapping[str, tuple[float, ...]] = {"motion": tuple(motion.tolist()), "force": tuple(start.tolist())}
     try:
         model = fit.model.without_effect(index)
+        segments = drop_states(context, fit.model, model, fit.segments)
         model = model.with_effect(PlacedEffect(KIND, effect.at, effect.wheelset, points, against))
         group = f"effects.{len(model.design.effects) - 1}.force"
         free = [f"{group}.{i}" for i in range(len(motion)) if i != len(motion) // 2]
@@ -65,7 +66,7 @@ def estimate_force_points(
             context.in_background(context.jobs),
             model,
             free,
-            segments=adapt_to_model(context, model, fit.segments),
+            segments=adapt_to_model(context, model, segments),
             tolerance=TOLERANCE,
             max_iterations=MAX_ITERATIONS,
             stable=False,

@@ -1,0 +1,67 @@
+"""Backward elimination of effects, with and without states of their own."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.problem import prepare_segments
+from railui.identification.estimation.validation import Validation
+from railui.identification.structure import elimination
+from railui.identification.structure.candidates import Candidate, list_candidates
+from railui.identification.structure.elimination import _is_needed, _without_effect
+from railui.identification.structure.refit import Refit
+from railui.identification.structure.stage import Stage
+from railui.vehicle.design_reader import PlacedEffect
+from railui.vehicle.model import Model
+from tests.blind.simulated import simulated_campaign
+
+HYSTERESIS = {"stiffness": 4e5, "yield": 160.0}  # c [N/m], F_y [N]
+
+
+def hysteretic(nominal: Model) -> Model:
+    return nominal.with_effect(PlacedEffect("hysteresis", "primary_lateral", None, HYSTERESIS))
+
+
+def candidate_of(context: Context) -> Candidate:
+    found = list_candidates(context.nominal, context.dataset.estimation)
+    return next(c for c in found if (c.kind, c.at, c.wheelset) == ("hysteresis", "primary_lateral", None))
+
+
+def test_an_effect_with_own_states_is_removed_for_a_trial() -> None:
+    context = simulated_campaign().context
+    model = hysteretic(context.nominal)
+    segments = prepare_segments(context, model, context.dataset.estimation)
+    fit = fit_output_error(context, model, model.effect_paths(), segments=segments, max_iterations=1)
+    assert len(fit.segments[0].initial_state) > context.nominal.vehicles().state_count(context.nominal.single_batch())
+    refit = Refit(candidate_of(context), fit, None, None)  # type: ignore[arg-type]
+    stage = _without_effect(context, fit, refit)
+    assert stage is not None and not stage.fit.model.effects
+    assert np.isfinite(stage.validation.nrmse)
+
+
+def stage_of(rss: float, nrmse: float) -> Stage:
+    fit = SimpleNamespace(normal=SimpleNamespace(rss=rss, samples=100))
+    return Stage(cast(Fit, fit), Validation({}, nrmse, (), ()))
+
+
+@pytest.mark.parametrize(
+    ("rss", "nrmse", "needed"),
+    [
+        (79.0, 0.99, True),  # a fifth of the misfit is obvious
+        (81.0, 0.99, False),
+        (79.0, 1.01, False),  # but not where the validation error is lower without it
+    ],
+)
+def test_an_obvious_misfit_keeps_an_effect(
+    monkeypatch: pytest.MonkeyPatch, rss: float, nrmse: float, needed: bool
+) -> None:
+    monkeypatch.setattr(elimination, "gains", lambda *_: False)
+    context = simulated_campaign().context
+    assert _is_needed(context, stage_of(100.0, 1.0), stage_of(rss, nrmse)) is needed
