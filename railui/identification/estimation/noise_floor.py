@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.comparison import (
@@ -62,20 +64,33 @@ class SimulatedTruth:
         truth = estimate_phases(context, model, segment)
         start = estimate_initial_state(context, truth, segment)
         self.predictor = Predictor(truth, segment, initial_state=start)
-        series, _ = self.predictor.simulate(self.channels)
-        self.clean = comparison_filter(context.campaign, segment, series[0])
+        self.clean = self._compared(*self.predictor.simulate(self.channels))
 
-    def draw(self, seed: int) -> tuple[FloatArray, FloatArray]:
-        """Draw the measurement with sensor noise and the prediction on a track with noise, both as compared."""
+    def draw(self, seed: int) -> tuple[FloatArray, FloatArray] | None:
+        """Draw the measurement with sensor noise and the prediction on a track with noise, both as compared.
+
+        None where the model diverges.
+        """
         campaign, segment = self.context.campaign, self.segment
         rng = np.random.default_rng(np.random.SeedSequence([seed, self.index]))
         wheelset_spacing = self.predictor.model.wheelset_spacing()
         table = segment.noisy_table(
             self.context.noise, campaign.noise_band, rng, wheelset_spacing, self.predictor.steps
         )
-        series, _ = self.predictor.simulate(self.channels, table=table)
+        simulated = self._compared(*self.predictor.simulate(self.channels, table=table))
+        if self.clean is None or simulated is None:
+            return None
         drawn = self.context.noise.draw(self.channels, segment.samples, segment.dt, rng)
-        return self.clean + comparison_filter(campaign, segment, drawn), comparison_filter(campaign, segment, series[0])
+        return self.clean + comparison_filter(campaign, segment, drawn), simulated
+
+    def comparisons(self, measured: FloatArray, simulated: FloatArray) -> tuple[Comparison, Comparison]:
+        """Compare a drawn measurement with the prediction on a track with noise, and with that on the true track."""
+        names, dt = tuple(self.channels), self.segment.dt
+        clean = np.full_like(measured, np.nan) if self.clean is None else self.clean
+        return Comparison(names, measured, simulated, dt), Comparison(names, measured, clean, dt)
+
+    def _compared(self, series: FloatArray, diverged: NDArray[np.int64]) -> FloatArray | None:
+        return None if diverged[0] >= 0 else comparison_filter(self.context.campaign, self.segment, series[0])
 
 
 def estimate_noise_floor(
@@ -83,17 +98,29 @@ def estimate_noise_floor(
 ) -> NoiseFloor:
     """Estimate the noise floor: simulate the model as truth on noisy track and add sensor noise.
 
+    Realisations on which the model diverges are left out; NaN where all are.
+
     draws: noise realisations; those of the settings by default.
     """
     draws = context.settings.validation.noise_floor_draws if draws is None else draws
-    both: list[list[Comparison]] = [[] for _ in range(draws)]
-    sensors: list[list[Comparison]] = [[] for _ in range(draws)]
-    for index, segment in enumerate(segments):
-        truth = SimulatedTruth(context, model, segment, index)
-        names = tuple(truth.channels)
-        for seed, (measured, simulated) in enumerate(map_threads(truth.draw, range(draws), context.jobs)):
-            both[seed].append(Comparison(names, measured, simulated, segment.dt))
-            sensors[seed].append(Comparison(names, measured, truth.clean, segment.dt))
+    truths = list(
+        map_threads(lambda i: SimulatedTruth(context, model, segments[i], i), range(len(segments)), context.jobs)
+    )
+    tasks = list(product(range(draws), truths))
+    drawn = list(map_threads(lambda task: task[1].draw(task[0]), tasks, context.jobs))
+    both: list[list[Comparison]] = []
+    sensors: list[list[Comparison]] = []
+    for k in range(draws):
+        realisation = list(zip(truths, drawn[k * len(truths) : (k + 1) * len(truths)], strict=True))
+        compared = [t.comparisons(*pair) for t, pair in realisation if pair is not None]
+        if len(compared) == len(truths):
+            both.append([c for c, _ in compared])
+            sensors.append([c for _, c in compared])
+    if len(both) < draws:
+        context.progress.message(f"the model diverges in {draws - len(both)} of {draws} realisations of the noise")
+    if not both:
+        names = dict.fromkeys(c for t in truths for c in t.channels)
+        return NoiseFloor(np.nan, np.nan, dict.fromkeys(names, np.nan), np.nan, source=context.noise.source)
     channels = [nrmse(comparisons) for comparisons in both]
     totals = [overall_nrmse(c) for c in channels]
     sensor_channels = [nrmse(comparisons) for comparisons in sensors]
@@ -154,10 +181,12 @@ def noise_weights(
     flat = kernel_filter(campaign, segment, np.ones(len(channels)))
     predictor = Predictor(model, segment, initial_state=initial_state, filter=flat)
     clean, diverged = predictor.simulate()
-    if diverged[0] < 0:
-        for _ in range(draws):
-            table = segment.noisy_table(noise, campaign.noise_band, rng, model.wheelset_spacing(), predictor.steps)
-            noisy, _ = predictor.simulate(table=table)
-            variance = variance + np.var(noisy[0] - clean[0], axis=1) / draws
+    of_track = []
+    for _ in range(draws if diverged[0] < 0 else 0):
+        table = segment.noisy_table(noise, campaign.noise_band, rng, model.wheelset_spacing(), predictor.steps)
+        noisy, diverged = predictor.simulate(table=table)
+        of_track += [np.var(noisy[0] - clean[0], axis=1)] if diverged[0] < 0 else []
+    if of_track:
+        variance = variance + np.mean(of_track, axis=0)
     measured = comparison_filter(campaign, segment, segment.measured(channels)).var(axis=1)
     return np.asarray(1.0 / np.sqrt(np.maximum(variance, MIN_VARIANCE_SHARE * measured + 1e-300)))

@@ -50,7 +50,8 @@ def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
     subtracted (corrected score: Nakamura, Biometrika 77 (1990) 127). Where the corrected vehicle fits clearly worse
     than it should, or is not stable, the estimates stay and the shift adds to their standard deviations.
     """
-    optimiser = GaussNewton(context.in_background(1), fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    background = context.in_background(context.jobs)
+    optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
     joint = _joint_products(context, fit, optimiser)
     p = len(fit.x)
     width = BOUND_WIDTH * fit.free.size
@@ -77,42 +78,53 @@ def with_shift_as_spread(fit: Fit, last: Fit) -> Fit:
 
 def _is_as_good(context: Context, fit: Fit, x: FloatArray) -> bool:
     """True where a shifted estimate fits about as well, and its vehicle may be simulated."""
-    stable = fit.model.design.is_on_track and not any(t.is_window for t in fit.segments)
+    bounded = fit.model.limits_hunting or any(t.is_window for t in fit.segments)
+    stable = fit.model.design.is_on_track and not bounded
     optimiser = GaussNewton(context.in_background(1), fit.model, fit.free, fit.segments, block=fit.block, stable=stable)
     misfits = optimiser.misfit(np.stack([fit.x, x]))
-    return bool(misfits[1] <= (1.0 + context.settings.calibration.bias_misfit_share) * misfits[0])
+    limit = (1.0 + context.settings.calibration.bias_misfit_share) * misfits[0]
+    return bool(np.isfinite(misfits[1]) and misfits[1] <= limit)
 
 
 def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> FloatArray:
     """Score [p] that noise of the recorded track is expected to give where the model is true.
 
     With the response f(y) to a track y and its sensitivities S(y), a record y + n of the true track y gives
-    S(y + n)' (f(y) - f(y + n)). The mean over n and -n is free of what is odd in n.
+    S(y + n)' (f(y) - f(y + n)). The mean over n and -n is free of what is odd in n. Realisations on which the vehicle
+    diverges are left out; zeros where it diverges on all those of a segment.
     """
     noise, draws = context.noise, context.settings.calibration.bias_draws
     if not any(noise.get(c) for c in TRACK_NOISE):
         return np.zeros(len(fit.x))
     spacing = fit.model.wheelset_spacing()
 
-    def score(task: tuple[int, FitSegment]) -> FloatArray:
-        draw, target = task
+    segments = optimiser.segments
+    exact = list(map_threads(lambda t: optimiser.simulate(t, fit.x[None]).series[0], segments, context.jobs))
+
+    def score(task: tuple[int, int]) -> FloatArray:
+        index, draw = task
+        target = segments[index]
         segment = target.segment
         rng = np.random.default_rng(np.random.SeedSequence([BIAS_SEED, draw, segment.number, segment.run_index]))
         table = segment.table(spacing, target.steps)
         noisy = segment.noisy_table(noise, context.campaign.noise_band, rng, spacing, target.steps)
-        exact = optimiser.simulate(target, fit.x[None])[0][0]
         total = np.zeros(len(fit.x))
         for other in (noisy, 2.0 * table - noisy):
             series, diverged = optimiser.sensitivities(target, fit.x, other)
             if np.any(diverged >= 0):
-                return np.zeros(len(fit.x))
+                return np.full(len(fit.x), np.nan)
             # the residual of the measurement on this track, less that on the recorded one
-            difference = series[0] - target.without_initial_state(target.measured - exact)
+            difference = series[0] - target.without_initial_state(target.measured - exact[index])
             total += 0.5 * np.tensordot(series[1:], difference, 2)
         return np.asarray(total)
 
-    tasks = list(product(range(draws), optimiser.segments))
-    return np.asarray(np.sum(list(map_threads(score, tasks, context.jobs)), axis=0) / draws)
+    tasks = list(product(range(len(segments)), range(draws)))
+    scores = np.reshape(list(map_threads(score, tasks, context.jobs)), (len(segments), draws, -1))
+    is_valid = np.isfinite(scores).all(axis=2)
+    if not is_valid.any(axis=1).all():
+        context.progress.message("the vehicle diverges on track with noise: no bias is subtracted from the estimates")
+        return np.zeros(len(fit.x))
+    return np.asarray(sum(np.mean(one[valid], axis=0) for one, valid in zip(scores, is_valid, strict=True)))
 
 
 def _joint_products(context: Context, fit: Fit, optimiser: GaussNewton) -> _Joint:

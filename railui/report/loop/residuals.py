@@ -126,7 +126,7 @@ def channel_residuals(result: LoopResult, index: int) -> dict[str, ChannelResidu
 
 
 def _expected_residuals(result: LoopResult, segment: Segment, index: int) -> FloatArray:
-    """Draw residuals [draw, channel, n] that the final model would leave if it were true."""
+    """Draw residuals [draw, channel, n] that the final model would leave if it were true; NaN where it diverges."""
     truth = SimulatedTruth(result.context, result.after.model, segment, index)
-    drawn = (truth.draw(seed) for seed in range(NOISE_DRAWS))
-    return np.stack([noisy - simulated for noisy, simulated in drawn])
+    drawn = [noisy - simulated for pair in map(truth.draw, range(NOISE_DRAWS)) if pair for noisy, simulated in [pair]]
+    return np.stack(drawn or [np.full((len(truth.channels), segment.samples), np.nan)])

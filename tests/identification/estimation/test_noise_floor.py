@@ -1,0 +1,45 @@
+"""Noise floor of models that diverge."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from railui.identification.estimation.noise_floor import estimate_noise_floor, noise_weights
+from railui.progress import Progress
+from railui.vehicle.model import Model
+from tests.blind.simulated import simulated_campaign
+
+
+class Lines(Progress):
+    """Messages of an estimation."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+
+    def message(self, text: str) -> None:
+        """Collect a message."""
+        self.texts.append(text)
+
+
+def unstable(model: Model) -> Model:
+    return model.with_path_values(["contact.leading.conicity", "contact.trailing.conicity"], np.array([3.0, 3.0]))
+
+
+def test_a_model_that_diverges_has_no_noise_floor() -> None:
+    case = simulated_campaign()
+    hunting = unstable(case.context.nominal)
+    lines = Lines()
+    context = replace(case.context, progress=lines)
+    floor = estimate_noise_floor(context, hunting, context.dataset.selection, 3)
+    assert np.isnan(floor.nrmse) and all(np.isnan(x) for x in floor.channels.values())
+    assert lines.texts == ["the model diverges in 3 of 3 realisations of the noise"]
+
+
+def test_its_channels_are_weighted_by_noise_of_the_sensors() -> None:
+    case = simulated_campaign()
+    hunting = unstable(case.context.nominal)
+    segment = case.dataset.estimation[0]
+    of_sensors, of_both = (noise_weights(case.context, m, segment) for m in (hunting, case.context.nominal))
+    assert np.all(np.isfinite(of_sensors)) and np.all(of_sensors >= of_both)
