@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
 from railui.identification.prediction import Predictor
 from railui.identification.structure.locations import JOINT_CLASSES, distinct_locations
+from railui.parallel import run_both
 from railui.track import input_table
 from railui.vehicle.model import Model
 
@@ -89,14 +91,15 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     for target in fit.segments:
         series, _ = optimiser.simulate(target, fit.x[None])
         residual = _transforms(target.without_initial_state(target.measured - series[0]), target)
-        noise = _noise(context, fit, target)
-        responses = _frequency_responses(fit, target, candidates)
+        noise, responses = run_both(
+            partial(_noise, context, fit, target), partial(_frequency_responses, fit, target, candidates), context.jobs
+        )
         for i, (_, _, ports) in enumerate(candidates):
             if len(ports) < len(target.measured):
                 h = np.stack([responses[p] for p in ports], axis=2)
                 shares[i].append(_explained_share(residual, noise, h))
     locations = [
-        ForceLocation(at, wheelset, _mean_share(same), len(ports), _standard_error(same))
+        ForceLocation(at, wheelset, _share(same), len(ports), _standard_error(same))
         for (at, wheelset, ports), same in zip(candidates, shares, strict=True)
         if same
     ]
@@ -117,11 +120,6 @@ class _WindowedShare(NamedTuple):
     explained: FloatArray
     chance: float
 
-    @property
-    def share(self) -> float:
-        """Share that the forces explain beyond chance."""
-        return float((self.explained.sum() / self.total.sum() - self.chance) / (1.0 - self.chance))
-
 
 def _explained_share(residual: ComplexArray, noise: ComplexArray, responses: ComplexArray) -> _WindowedShare:
     """Project the residual [window, channel, frequency] on responses [frequency, channel, port] at each frequency."""
@@ -134,9 +132,11 @@ def _explained_share(residual: ComplexArray, noise: ComplexArray, responses: Com
     return _WindowedShare(total, explained, responses.shape[2] / responses.shape[1])
 
 
-def _mean_share(shares: Sequence[_WindowedShare]) -> float:
-    """Mean over segments."""
-    return float(np.mean([s.share for s in shares]))
+def _share(shares: Sequence[_WindowedShare]) -> float:
+    """Share of all segments that the forces explain beyond chance; 0 where noise leaves nothing to explain."""
+    total = sum((1.0 - s.chance) * float(s.total.sum()) for s in shares)
+    explained = sum(float(s.explained.sum()) - s.chance * float(s.total.sum()) for s in shares)
+    return explained / total if total > 0.0 else 0.0
 
 
 def _standard_error(shares: Sequence[_WindowedShare]) -> float:

@@ -58,8 +58,8 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
         return {}  # a hunting vehicle does not respond to first order
     ready = truncate(context, validation_fit.segments, context.settings.selection.gain_forecast_duration)
     fit = replace(validation_fit, segments=tuple(ready))
-    adjuster = GaussNewton(context.in_background(1), fit.model, fit.free, ready, block=1.0, stable=False)
-    linear = [adjuster.sensitivities(t, fit.x)[0] for t in ready]
+    adjuster = GaussNewton(context.in_background(context.jobs), fit.model, fit.free, ready, block=1.0, stable=False)
+    linear = list(map_threads(lambda t: adjuster.sensitivities(t, fit.x).series, ready, context.jobs))
     rows = [[t.segment.channels.index(c) for c in compared_channels(t.segment)] for t in ready]
     power: dict[str, float] = {}
     for t, used in zip(ready, rows, strict=True):

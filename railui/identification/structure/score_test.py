@@ -165,13 +165,16 @@ class ScoreTest:
     def __init__(self, context: Context, fit: Fit, ready: Sequence[FitSegment]) -> None:
         self.context = context
         self.settings = context.settings.score_test
-        self.adjuster = GaussNewton(context.in_background(1), fit.model, fit.free, ready, block=1.0, stable=False)
+        self.adjuster = GaussNewton(
+            context.in_background(context.jobs), fit.model, fit.free, ready, block=1.0, stable=False
+        )
         self.adjuster.restart_windows(fit.x)
         self.fit = replace(fit, segments=tuple(self.adjuster.segments))
         calibration = context.settings.calibration
         seconds = block_duration(calibration, fit.model, [t.segment for t in fit.segments])
         length = [block_length(seconds, t) for t in ready]
-        self.bases = [_base(self.adjuster, self.fit, i, length[i]) for i in range(len(ready))]
+        indices = range(len(ready))
+        self.bases = list(map_threads(lambda i: _base(self.adjuster, self.fit, i, length[i]), indices, context.jobs))
         inner = np.concatenate([b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases])  # [block, 1 + p, 1 + p]
         samples = sum(t.measured.size for t in ready)
         variance = residual_variance(inner.sum(axis=0)[0, 0], samples, calibration.independent_sample_share)

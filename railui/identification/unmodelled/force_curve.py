@@ -82,7 +82,7 @@ def curve_locations(settings: DiscrepancySettings, fit: Fit) -> list[CurveLocati
     model = fit.model
     linear = model.local_elements
     prescribed = driven_locations([t.segment for t in fit.segments])
-    locations = []
+    spots = []
     for at, numbers in _usual_locations(model):
         ports = [w for other, w in linear if other == at and w != core.LINKAGE_NUMBER]
         if not ports or at in prescribed:
@@ -90,13 +90,16 @@ def curve_locations(settings: DiscrepancySettings, fit: Fit) -> list[CurveLocati
         for wheelset in numbers:
             if at in ("wheelset", "wheelset_yaw") and wheelset is None:
                 continue
-            wheelsets = [w for w in ports if wheelset is None or w == wheelset]
-            for against in ("z", "v"):
-                sd = _rms_motion(fit, at, wheelsets, against)
-                k = linear[(at, wheelsets[0])][0]
-                size = (k if k > 0 else 1e6) * _rms_motion(fit, at, wheelsets, "z")
-                grid = sd * np.linspace(-settings.curve_span, settings.curve_span, settings.curve_points)
-                locations.append(CurveLocation(at, wheelset, against, grid, size))
+            spots.append((at, wheelset, [w for w in ports if wheelset is None or w == wheelset]))
+    motion = _motion(fit, [(at, w) for at, _, wheelsets in spots for w in wheelsets])
+    locations = []
+    for at, wheelset, wheelsets in spots:
+        k = linear[(at, wheelsets[0])][0]
+        sd = {against: _rms([motion[f"{against}.{at}.{w}"] for w in wheelsets]) for against in ("z", "v")}
+        size = (k if k > 0 else 1e6) * sd["z"]
+        for against in ("z", "v"):
+            grid = sd[against] * np.linspace(-settings.curve_span, settings.curve_span, settings.curve_points)
+            locations.append(CurveLocation(at, wheelset, against, grid, size))
     return locations
 
 
@@ -110,10 +113,16 @@ def _usual_locations(model: Model) -> list[tuple[str, Numbers]]:
     return [(at, location_numbers(structure, at)) for at in used]
 
 
-def _rms_motion(fit: Fit, at: str, wheelsets: Sequence[int], against: str) -> float:
-    channels = [f"{against}.{at}.{w}" for w in wheelsets]
-    sds = [t.motion_predictor(fit.model).simulate(channels).series[0].std() for t in fit.segments]
-    return float(np.mean(sds)) or 1e-6
+def _motion(fit: Fit, ports: Sequence[tuple[str, int]]) -> dict[str, list[FloatArray]]:
+    """Displacement and velocity of each port on every segment, by channel."""
+    channels = list(dict.fromkeys(f"{against}.{at}.{w}" for at, w in ports for against in ("z", "v")))
+    series = [t.motion_predictor(fit.model).simulate(channels).series[0] for t in fit.segments]
+    return {channel: [x[i] for x in series] for i, channel in enumerate(channels)}
+
+
+def _rms(motions: Sequence[Sequence[FloatArray]]) -> float:
+    """Mean over segments of the standard deviation of some motions [port][segment]."""
+    return float(np.mean([np.std(of_segment) for of_segment in zip(*motions, strict=True)])) or 1e-6
 
 
 def explained_by_curve(

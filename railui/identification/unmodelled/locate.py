@@ -27,6 +27,7 @@ from railui.identification.unmodelled.evidence import (
 )
 from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained_by_curve, fit_curve
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence
+from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 CONTACT_LOCATIONS = ("contact", "wheelset", "wheelset_yaw")
@@ -122,7 +123,7 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     if variation is not None and 1.0 - curve.fit.normal.rss / fit.normal.rss < variation.explained_share:
         return variation
     at, wheelset = curve.spot.at, curve.spot.wheelset
-    evidence = max(evidence_of_fits(fit, curve.fit), evidence_of_forces(forces, at, wheelset))
+    evidence = _stronger(context, evidence_of_fits(fit, curve.fit), evidence_of_forces(forces, at, wheelset))
     if origin is not None and curve.share < settings.reliable_share:
         at, wheelset = origin.at, origin.wheelset
         evidence = LocationEvidence(origin.share, origin.standard_error)
@@ -139,13 +140,23 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     return replace(found, coupling=coupling, evidence=evidence, contact_share=contact_share)
 
 
+def _stronger(context: Context, one: LocationEvidence, other: LocationEvidence) -> LocationEvidence:
+    """Return the evidence that suffices, or of two such the larger share."""
+    settings = context.settings.verdict
+    return max(one, other, key=lambda evidence: (evidence.is_sufficient(settings), evidence.share))
+
+
 def _best_curve(context: Context, fit: Fit, origin: ForceLocation | None) -> _FittedCurve | None:
     """Fit the force curves that explain most, near `origin` where none explains much; None where none can be fitted."""
     settings = context.settings.discrepancy
     background = context.in_background(context.jobs)
     optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=1.0, stable=False)
     bases = [optimiser.sensitivities(t, fit.x)[0] for t in fit.segments]
-    curves = [(*explained_by_curve(settings, fit, bases, spot), spot) for spot in curve_locations(settings, fit)]
+
+    def explained(spot: CurveLocation) -> tuple[float, FloatArray, CurveLocation]:
+        return (*explained_by_curve(settings, fit, bases, spot), spot)
+
+    curves = list(map_threads(explained, curve_locations(settings, fit), context.jobs))
     curves = sorted((c for c in curves if c[0] > 0), key=lambda c: -c[0])
     if curves and origin is not None and curves[0][0] < min(settings.reliable_share, origin.share):
         curves = [c for c in curves if _is_at(c[2], origin)] or curves

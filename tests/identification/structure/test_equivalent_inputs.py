@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from railui import core
@@ -13,7 +14,7 @@ from railui.campaign.segment import Segment
 from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.loop import close_loop
-from railui.identification.structure.equivalent_inputs import locate_forces
+from railui.identification.structure.equivalent_inputs import _share, _WindowedShare, locate_forces
 from railui.progress import Progress
 from railui.report.loop.data import loop_report
 from tests.blind.simulated import SimulatedCampaign, simulated_campaign
@@ -61,3 +62,13 @@ def test_a_loop_on_one_response_reaches_a_verdict():
     assert any("single channel" in line for line in lines.texts)
     assert report["verdict"] == "outside" and report["unexplained"] > 1.3
     assert report["outside"]["at"] is None and "not located" in report["sentence"]
+
+
+def test_the_share_of_forces_is_one_ratio_over_all_segments():
+    def segment(total: float, explained: float) -> _WindowedShare:
+        return _WindowedShare(np.array([total]), np.array([explained]), 0.5)
+
+    # (60 - 50) / 50; a segment at its noise floor, whose own ratio would be 3, changes little
+    assert _share([segment(100.0, 60.0)]) == pytest.approx(0.2)
+    assert _share([segment(100.0, 60.0), segment(-0.5, -1.0)]) == pytest.approx(9.25 / 49.75)
+    assert _share([segment(-0.5, -1.0)]) == 0.0
