@@ -160,7 +160,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         is_adequate=examination.is_adequate,
         has_discrepancy=discrepancy is not None
         or freed_members_lower_error(context, selection.freed, selection.validation)
-        or (is_cut and not examination.is_noise),
+        or (not examination.is_noise and (is_cut or remainder.structured or remainder.coherent)),
     )
     context.progress.message(
         f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"
