@@ -293,8 +293,12 @@ class Model:
 
     def growth_rate(self, speed: float, rows: FloatArray | None = None) -> float:
         """Return the largest real part of all eigenvalues of all rows [1/s]; infinite if undefined."""
-        largest = float(self.eigenvalues(speed, rows)[:, 0].real.max())
-        return largest if np.isfinite(largest) else np.inf
+        return float(self.growth_rates(speed, rows).max())
+
+    def growth_rates(self, speed: float, rows: FloatArray | None = None) -> FloatArray:
+        """Return the largest real part of the eigenvalues of each row [n], in 1/s; infinite if undefined."""
+        largest = self.eigenvalues(speed, rows)[:, 0].real
+        return np.where(np.isfinite(largest), largest, np.inf)
 
 
 def wrap_angle(angle: FloatArray) -> FloatArray:

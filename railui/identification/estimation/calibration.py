@@ -78,9 +78,7 @@ def _refit_from_short_windows(context: Context, before: Fit, start: Model) -> Fi
 def nominal_fit(context: Context) -> Fit:
     """Return the nominal model, or one of lower conicity that is stable, as a fit without any iteration."""
     model = with_stable_start(context, context.dataset.estimation)
-    return fit_output_error(
-        context, model, context.campaign.estimated_parameters, stable=not model.limits_hunting, max_iterations=0
-    )
+    return fit_output_error(context, model, context.campaign.estimated_parameters, max_iterations=0)
 
 
 def with_stable_start(context: Context, segments: Sequence[Segment]) -> Model:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg, optimize
 
 from railui.arrays import FloatArray
@@ -90,7 +91,7 @@ class GaussNewton:
 
     def misfit(self, x: FloatArray) -> FloatArray:
         """Sum of weighted squared residuals of each row of x [n, p]; infinite where diverged or not admissible."""
-        admissible = np.array([self._is_admissible(row) for row in x])
+        admissible = self._are_admissible(x)
         out = np.where(admissible, 0.0, np.inf)
         if not admissible.any():
             return out
@@ -104,28 +105,34 @@ class GaussNewton:
         out[admissible] = sum(map_threads(sum_of_squares, self.segments, self.context.jobs))
         return out
 
-    def _is_admissible(self, x: FloatArray) -> bool:
-        """True unless a vehicle is too stiff for the samples, or unstable over a whole run."""
-        if self.model.effects and not self._steps_suffice(x):
-            return False
-        if not self.stable or not self.model.design.is_on_track:
-            return True
+    def _are_admissible(self, x: FloatArray) -> NDArray[np.bool_]:
+        """True for each row of x [n, p] unless its vehicle is too stiff, or unstable over a whole run."""
+        admissible = self._steps_suffice(x) if self.model.effects else np.ones(len(x), dtype=bool)
+        if not self.stable or not self.model.design.is_on_track or not admissible.any():
+            return admissible
         whole = [t.segment for t in self.segments if not t.is_window]
         cases = {(v, s.load): s for s in whole for v in s.speeds}
-        growth = max((self.model.growth_rate(v, self.rows(x[None], s)) for (v, _), s in cases.items()), default=-np.inf)
-        if growth > self.settings.max_growth_rate:
-            self.constrained = True
-        return growth <= self.settings.max_growth_rate
+        growth = np.full(int(admissible.sum()), -np.inf)
+        for (v, _), segment in cases.items():
+            growth = np.maximum(growth, self.model.growth_rates(v, self.rows(x[admissible], segment)))
+        is_stable = growth <= self.settings.max_growth_rate
+        self.constrained |= not is_stable.all()
+        admissible[admissible] = is_stable
+        return admissible
 
-    def _steps_suffice(self, x: FloatArray) -> bool:
-        """True unless a vehicle needs more integration steps than a fit may take."""
+    def _steps_suffice(self, x: FloatArray) -> NDArray[np.bool_]:
+        """True for each row of x [n, p] whose vehicle needs no more integration steps than a fit may take."""
+        suffice = np.ones(len(x), dtype=bool)
+        needed: dict[tuple[object, ...], NDArray[np.int64]] = {}
         for t in self.segments:
-            batch = self.model.batch(self.rows(x[None], t.segment))
-            vehicles = self.model.vehicles(t.segment.coach_forces)
-            steps = required_steps_each(vehicles, batch, t.segment)[0]
-            if not 0 <= steps <= max(self.settings.max_steps_per_sample, t.steps, t.required_steps):
-                return False
-        return True
+            s = t.segment
+            case = (tuple(s.coach_forces), *s.speeds, s.dt, s.load)  # windows of a run have the same
+            if case not in needed:
+                batch = self.model.batch(self.rows(x, s))
+                needed[case] = required_steps_each(self.model.vehicles(s.coach_forces), batch, s)
+            limit = max(self.settings.max_steps_per_sample, t.steps, t.required_steps)
+            suffice &= (needed[case] >= 0) & (needed[case] <= limit)
+        return suffice
 
     def difference_steps(self, x: FloatArray) -> FloatArray:
         """Steps [p] of the forward differences, inwards at an upper bound."""
@@ -226,12 +233,12 @@ class GaussNewton:
             costs = self.cost(self.misfit(tried), tried)
             taken = self._best_linearised(tried, costs, cost)
             if taken is None:
-                status = "converged"
+                status = "converged" if np.isfinite(costs).any() else "no admissible step"
                 break
             best, normal = taken
             gain = (cost - float(costs[best])) / self.independent_samples
             x, cost = tried[best], float(costs[best])
-            if self.model.design.form == "rig":  # its initial states have moved with the parameters
+            if any(t.has_free_start for t in self.segments):  # initial states have moved with the parameters
                 cost = float(self.cost(np.array([normal.rss]), x[None])[0])
             self._report(iteration, x, normal)
             small_gains = small_gains + 1 if gain < tolerance else 0
@@ -291,10 +298,18 @@ class GaussNewton:
         with np.errstate(divide="ignore", invalid="ignore"):
             low = np.where(free.ratio, np.maximum(np.log(free.low / x), -leap), free.low - x) / scale
             high = np.where(free.ratio, np.minimum(np.log(free.high / x), leap), free.high - x) / scale
-        # the solver needs an interval of some width where a bound is met
-        bounds = (np.minimum(low, -1e-12), np.maximum(high, 1e-12))
-        step = scale * optimize.lsq_linear(root, right, bounds, method="bvls").x
+        step = linalg.solve_triangular(root, right)
+        if not np.all((step >= low) & (step <= high)):
+            step = _bounded_step(root, right, low, high)
+        step = scale * step
         return np.clip(np.where(free.ratio, x * np.exp(step * free.ratio), x + step), free.low, free.high)
+
+
+def _bounded_step(root: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Minimise |root step - right| between bounds [p]."""
+    # the solver needs an interval of some width where a bound is met
+    bounds = (np.minimum(low, -1e-12), np.maximum(high, 1e-12))
+    return np.asarray(optimize.lsq_linear(root, right, bounds, method="bvls").x)
 
 
 def _expand(series: FloatArray, active: Sequence[int], count: int) -> FloatArray:

@@ -22,7 +22,7 @@ def fit_output_error(
     *,
     segments: Sequence[FitSegment] | None = None,
     start: FloatArray | None = None,
-    stable: bool = True,
+    stable: bool | None = None,
     tolerance: float = 1e-6,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Fit:
@@ -35,7 +35,7 @@ def fit_output_error(
     start
         Start values [p] of `Model.free_paths`; those of the model by default.
     stable
-        Reject linear vehicles that are unstable over a whole run.
+        Reject linear vehicles that are unstable over a whole run; by default unless creep or flanges bound the motion.
     tolerance
         Relative gain of the misfit below which the fit ends.
 
@@ -47,6 +47,7 @@ def fit_output_error(
     if segments is None:
         segments = prepare_segments(context, model, context.dataset.estimation)
     free = free_parameters(context, model, paths)
+    stable = not model.limits_hunting if stable is None else stable
     duration = block_duration(context.settings.calibration, context.nominal, [t.segment for t in segments])
     optimiser = GaussNewton(context, model, free, segments, block=duration, stable=stable)
     x = np.array([model.value(p) for p in free.paths]) if start is None else start

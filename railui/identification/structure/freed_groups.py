@@ -87,7 +87,6 @@ def _freed_fit(context: Context, fit: Fit, paths: Sequence[str]) -> Fit:
         model,
         members,
         segments=fit.segments,
-        stable=not model.limits_hunting,
         tolerance=TOLERANCE,
     )
 

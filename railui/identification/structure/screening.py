@@ -78,7 +78,6 @@ def fit_with_effects(
             segments=segments,
             tolerance=tolerance,
             max_iterations=max_iterations,
-            stable=not model.limits_hunting,
         )
     except ValueError:
         return None

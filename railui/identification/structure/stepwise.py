@@ -371,7 +371,6 @@ class StepwiseSelection:
             fit.model,
             fit.free.paths,
             segments=reprepare_segments(self.context, fit.model, fit.segments),
-            stable=not fit.model.limits_hunting,
             tolerance=FINAL_TOLERANCE,
         )
 
