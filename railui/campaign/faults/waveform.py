@@ -15,15 +15,8 @@ from railui.campaign.segment import Segment
 from railui.campaign.settings.faults import FaultSettings
 from railui.dsp.spectra import periodogram
 
-MIN_RUN = 3  # equal samples in a row
-MIN_EVENTS = 3
-SIDE_SHARE = 1.0 / 200.0  # of the range, just below an extreme
-FINE_REPEATS = 0.01  # share of equal neighbours up to which a record has its full resolution
-MIN_FINE_RUN = 5
-JUMP_STEPS, JUMP_SD = 10.0, 0.3  # of a jump at the end of a dropout: in usual steps and in standard deviations
 MAINS = ((50.0, 0.2), (60.0, 0.2), (50.0 / 3.0, 0.1))  # Hz, with tolerance
 NEIGHBOURS = (0.4, 2.0)  # Hz from the line
-TURN_CLEARANCE = 0.7  # Hz from a multiple of the wheel's speed of rotation
 
 
 @dataclass(frozen=True)
@@ -39,42 +32,43 @@ def _equal_runs(x: FloatArray) -> _Runs:
     return _Runs(edges[:-1], np.diff(edges))
 
 
-def clipped_samples(x: FloatArray, pile_up: float) -> int:
+def clipped_samples(x: FloatArray, settings: FaultSettings) -> int:
     """Count the samples of a series at an extreme where it was cut off.
 
     Samples pile up there: far more than in the narrow range below, however coarse the resolution is.
 
     >>> t = np.arange(2000) * 0.01
-    >>> clipped_samples(np.sin(3 * t) + np.sin(7.3 * t), 5.0)
+    >>> clipped_samples(np.sin(3 * t) + np.sin(7.3 * t), FaultSettings())
     0
-    >>> clipped_samples(np.clip(np.sin(3 * t) + np.sin(7.3 * t), -1.2, 1.2), 5.0) > 100
+    >>> clipped_samples(np.clip(np.sin(3 * t) + np.sin(7.3 * t), -1.2, 1.2), FaultSettings()) > 100
     True
     """
     runs = _equal_runs(x)
     steps = np.abs(np.diff(np.unique(x)))
     if len(steps) < 3:
         return 0
-    side = max(SIDE_SHARE * float(np.ptp(x)), 1.01 * float(np.min(steps)))
+    side = max(settings.clipping_side_share * float(np.ptp(x)), 1.01 * float(np.min(steps)))
     count = 0
     for sign in (1.0, -1.0):
         y = sign * x
         extreme = y.max()
-        at = (y[runs.start] == extreme) & (runs.length >= MIN_RUN)
+        at = (y[runs.start] == extreme) & (runs.length >= settings.min_equal_samples)
         number = int(runs.length[at].sum())
         near = int(np.sum((y < extreme) & (y >= extreme - side)))
-        if at.sum() >= MIN_EVENTS and number > pile_up * max(near, 1):
+        if at.sum() >= settings.min_fault_events and number > settings.clipping_pile_up * max(near, 1):
             count += number
     return count
 
 
-def lost_samples(x: FloatArray) -> tuple[int, int]:
+def lost_samples(x: FloatArray, settings: FaultSettings) -> tuple[int, int]:
     """Count the samples and events of dropouts: zeros or repeated values with a jump at an end.
 
     >>> t = np.arange(2000) * 0.01
     >>> x = np.sin(3 * t) + np.sin(7.3 * t)
-    >>> lost_samples(x), lost_samples(np.round(x, 1))
+    >>> settings = FaultSettings()
+    >>> lost_samples(x, settings), lost_samples(np.round(x, 1), settings)
     ((0, 0), (0, 0))
-    >>> lost_samples(np.where((np.arange(2000) % 200 > 190), 0.0, x))[1] > 5
+    >>> lost_samples(np.where((np.arange(2000) % 200 > 190), 0.0, x), settings)[1] > 5
     True
     """
     difference = np.diff(x)
@@ -82,14 +76,14 @@ def lost_samples(x: FloatArray) -> tuple[int, int]:
         return 0, 0
     runs = _equal_runs(x)
     steps = np.abs(difference[difference != 0])
-    jump = max(JUMP_STEPS * float(np.median(steps)), JUMP_SD * float(np.std(x)))
+    jump = max(settings.dropout_jump_steps * float(np.median(steps)), settings.dropout_jump_sd * float(np.std(x)))
     before = np.abs(np.diff(x, prepend=x[0]))[runs.start]
     after = np.abs(np.diff(x, append=x[-1]))[runs.start + runs.length - 1]
-    is_fine = float(np.mean(runs.length[runs.length < MIN_FINE_RUN] > 1)) < FINE_REPEATS
+    is_fine = float(np.mean(runs.length[runs.length < settings.min_repeated_samples] > 1)) < settings.fine_repeat_share
     inner = (x[runs.start] < x.max()) & (x[runs.start] > x.min())
-    lost = inner & (runs.length >= MIN_RUN) & ((before > jump) | (after > jump))
+    lost = inner & (runs.length >= settings.min_equal_samples) & ((before > jump) | (after > jump))
     if is_fine:
-        lost |= inner & (runs.length >= MIN_FINE_RUN)
+        lost |= inner & (runs.length >= settings.min_repeated_samples)
     return int(runs.length[lost].sum()), int(lost.sum())
 
 
@@ -133,7 +127,7 @@ def _left_out(channel: str, has_others: bool) -> Corrections:
 
 
 def _clipping(channel: str, segments: Sequence[Segment], settings: FaultSettings, has_others: bool) -> list[Fault]:
-    counts = {s: clipped_samples(s.columns[channel], settings.clipping_pile_up) for s in segments}
+    counts = {s: clipped_samples(s.columns[channel], settings) for s in segments}
     files = tuple(dict.fromkeys(s.file for s, n in counts.items() if n))
     if not files:
         return []
@@ -144,9 +138,9 @@ def _clipping(channel: str, segments: Sequence[Segment], settings: FaultSettings
 
 
 def _dropouts(channel: str, segments: Sequence[Segment], settings: FaultSettings, has_others: bool) -> list[Fault]:
-    counts = {s: lost_samples(s.columns[channel]) for s in segments}
+    counts = {s: lost_samples(s.columns[channel], settings) for s in segments}
     events = sum(n for _, n in counts.values())
-    if events < MIN_EVENTS:
+    if events < settings.min_fault_events:
         return []
     files = tuple(dict.fromkeys(s.file for s, (_, n) in counts.items() if n))
     share = sum(n for n, _ in counts.values()) / sum(s.samples for s in segments)
@@ -174,6 +168,6 @@ def _is_driven(segment: Segment, frequency: float, radius: float | None, setting
     """True if a wheel turns at the frequency, or the input of a rig has the same line."""
     if radius is not None:
         turn = segment.mean_speed / (2.0 * np.pi * radius)
-        return any(abs(k * turn - frequency) < TURN_CLEARANCE for k in (1, 2, 3, 4))
+        return any(abs(k * turn - frequency) < settings.hum_turn_clearance for k in (1, 2, 3, 4))
     u = segment.columns.get("u")
     return u is not None and bool(np.any(u)) and hum_line(u, 1.0 / segment.dt, settings.hum_line_ratio) is not None

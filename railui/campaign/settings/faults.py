@@ -133,3 +133,31 @@ class FaultSettings:
     relative_spread: float = setting(
         0.03, maximum=1.0, meaning="The same of a gain, a delay or an offset relative to its mean, where that is more."
     )
+    min_equal_samples: int = setting(
+        3, minimum=2, meaning="Equal samples in a row that count as clipped at an extreme, or as lost before a jump."
+    )
+    min_fault_events: int = setting(
+        3, minimum=1, meaning="Events of clipping or of dropouts from which they are reported."
+    )
+    clipping_side_share: float = setting(
+        0.005,
+        maximum=1.0,
+        meaning="Share of a channel's range just below an extreme with which the samples at it are compared.",
+    )
+    min_repeated_samples: int = setting(
+        5,
+        minimum=2,
+        meaning="Equal samples in a row that count as lost in a channel of full resolution, without a jump.",
+    )
+    fine_repeat_share: float = setting(
+        0.01, maximum=1.0, meaning="Share of repeated values up to which a channel has its full resolution."
+    )
+    dropout_jump_steps: float = setting(
+        10.0, minimum=1.0, meaning="Jump at an end of a dropout over the usual difference of two samples, at least."
+    )
+    dropout_jump_sd: float = setting(
+        0.3, meaning="Jump at an end of a dropout over the standard deviation of the channel, at least."
+    )
+    hum_turn_clearance: float = setting(
+        0.7, unit="Hz", meaning="Distance from a multiple of the wheels' rotation up to which a line is no mains hum."
+    )
