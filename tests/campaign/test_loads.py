@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +17,9 @@ from railui.identification.context import create_context
 from railui.identification.estimation.validation import validate
 from railui.identification.loop import calibrate_only
 from railui.identification.prediction import Predictor
+from railui.identification.result import LoopResult
 from railui.io.problems import FileProblems
+from railui.report.loop.files import write_simulated
 from tests.truth.files import write_run
 from tests.truth.tracks import met
 
@@ -69,12 +72,26 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_an_empty_and_a_laden_run_give_one_damping_at_the_noise_floor(folder: Path) -> None:
+@pytest.fixture(scope="module")
+def result(folder: Path) -> LoopResult:
     write_texts(folder, loads=True)
-    result = calibrate_only(read(folder))
+    return calibrate_only(read(folder))
+
+
+def test_an_empty_and_a_laden_run_give_one_damping_at_the_noise_floor(result: LoopResult) -> None:
     (damping, sd), floor = (result.after.x[0], result.after.sd[0]), result.noise_floor.nrmse
     assert damping == pytest.approx(TRUE_DAMPING, abs=4 * sd) and sd < 0.02 * TRUE_DAMPING
     assert result.validations["after"].nrmse < 1.1 * floor
+
+
+def test_simulated_channels_begin_where_the_track_is_known(result: LoopResult, tmp_path: Path) -> None:
+    write_simulated(result, tmp_path)
+    for run, segment in zip(result.dataset.runs, result.dataset.segments, strict=True):
+        lines = gzip.decompress((tmp_path / f"simulated_{run.file.name}").read_bytes()).decode().splitlines()[1:]
+        missing = len(lines) - segment.samples
+        assert missing > 0 and segment.columns["t"][0] == pytest.approx(float(lines[missing].split(",")[0]))
+        assert all(set(line.split(",")[1:]) == {""} for line in lines[:missing])
+        assert all(all(line.split(",")) for line in lines[missing:])
 
 
 def test_without_their_load_states_the_same_runs_do_not_fit(folder: Path) -> None:

@@ -92,7 +92,9 @@ def write_simulated(result: LoopResult, directory: Path) -> None:
         for model in MODELS:
             for segment, series in zip(segments, validations[model].series, strict=True):
                 if segment.file == entry.name:
-                    _insert(columns, model, segment.channels, run.segments[segment.number], series)
+                    last = run.segments[segment.number].stop  # it may begin later: where the track is known
+                    rows = slice(last - segment.samples, last)
+                    _insert(columns, model, segment.channels, rows, series)
         write_text(directory / name, _csv(columns))
 
 
