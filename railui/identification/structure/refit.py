@@ -126,6 +126,19 @@ def _start_key(target: FitSegment) -> tuple[str, int, int]:
     return target.segment.file, target.segment.number, target.segment.first_sample
 
 
+def simplest_refit(refits: Sequence[Refit], misfit_ratio: float) -> Refit | None:
+    """Select the refit with fewest parameters among those whose misfit is within a ratio of the best."""
+    if not refits:
+        return None
+    near = [r for r in refits if r.rss <= misfit_ratio * refits[0].rss]
+    return min(near, key=lambda r: (len(r.fit.x), _is_on_one_wheelset(r.candidate), r.rss))
+
+
+def _is_on_one_wheelset(candidate: Candidate | None) -> bool:
+    """True for an effect on a single wheelset: one on both comes first."""
+    return candidate is not None and candidate.wheelset is not None
+
+
 def cross_validation_errors(settings: RefitSettings, fit: Fit) -> FloatArray:
     """Squared misfit [block, channel] of each block with parameters estimated on the other folds, to first order."""
     gram = fit.normal.gram

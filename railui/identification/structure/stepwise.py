@@ -16,11 +16,9 @@ from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import DivergedError, FitSegment, reprepare_segments, truncate
 from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
-from railui.identification.structure.candidates import Candidate, list_candidates
-from railui.identification.structure.couplings import find_couplings
-from railui.identification.structure.drift import find_drifts
+from railui.identification.structure.candidates import list_candidates
 from railui.identification.structure.elimination import refit_text, remove_superfluous
-from railui.identification.structure.freed_groups import FreedGroups, free_groups
+from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.limiting_laws import replace_by_limits
 from railui.identification.structure.pairs import (
     PairRefit,
@@ -29,7 +27,8 @@ from railui.identification.structure.pairs import (
     score_pairs,
     simplest_pair,
 )
-from railui.identification.structure.refit import Refit, cross_validation_errors, refit_candidates
+from railui.identification.structure.refit import Refit, cross_validation_errors, refit_candidates, simplest_refit
+from railui.identification.structure.rivals import RivalExplanations
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult, score_test
 from railui.identification.structure.stage import SelectionStep, Stage, gains, pair_steps, validated_stage
 from railui.parallel import run_both
@@ -81,7 +80,7 @@ class StepwiseSelection:
         self.context = context
         self.settings = context.settings.selection
         self.whole_runs: tuple[FitSegment, ...] = ()  # where the model without effects is out of step with the motion
-        self.freed: list[tuple[Fit, FreedGroups]] = []
+        self.rivals = RivalExplanations(context)
 
     def run_score_test(self, fit: Fit) -> ScoreTestResult:
         """Score every candidate against the residual of a fit; no result where the time budget ends before."""
@@ -144,7 +143,7 @@ class StepwiseSelection:
         final = replace_by_limits(self.context, final, steps, self._final_fit)
         is_known = final.fit is accepted.fit and count < len(steps)
         last = steps[count].score_test if is_known else self.run_score_test(final.fit)
-        return Selection(final.fit, final.validation, tuple(steps), last, self._freed_groups(final.fit))
+        return Selection(final.fit, final.validation, tuple(steps), last, self.rivals.freed_groups(final.fit))
 
     def _forward(self, path: _Path) -> _Path:
         """Add one effect after the other to the last model of a path, as long as they gain or are on trial."""
@@ -176,7 +175,7 @@ class StepwiseSelection:
         accepted = path.stages[path.accepted]
         if self._is_adequate(accepted, path.floor) or self.context.is_out_of_time:
             return None
-        freed = self._freed_groups(accepted.fit).validation
+        freed = self.rivals.freed_groups(accepted.fit).validation
         if freed is not None and freed.nrmse <= self.settings.adequate_ratio * path.floor.nrmse:
             return None
         last = min(path.accepted, self.settings.max_effects - 2)
@@ -211,9 +210,9 @@ class StepwiseSelection:
 
     def _pair_stage(self, fit: Fit, pair: PairRefit) -> Stage | None:
         """Fit a pair to the end and validate it; None where it diverges, or something else explains more."""
-        if self._is_rivalled(self._rival_explanations(fit), 1.0 - pair.rss / fit.normal.rss):
+        if self.rivals.explain_more(self.rivals.outside_library(fit), 1.0 - pair.rss / fit.normal.rss):
             return None
-        if self._is_difference_of_members(fit, pair.rss, len(pair.fit.x)):
+        if self.rivals.members_explain_as_much(fit, pair.rss, len(pair.fit.x)):
             return None
         try:
             stage = self._validated(self._final_fit(pair.fit))
@@ -296,12 +295,12 @@ class StepwiseSelection:
         chosen = simplest_refit(refits, self.settings.simpler_misfit_ratio)
         if chosen is None:
             return refits, None, None
-        if self._is_difference_of_members(fit, chosen.rss, len(chosen.fit.x)):
+        if self.rivals.members_explain_as_much(fit, chosen.rss, len(chosen.fit.x)):
             return refits, None, None
         final, rivals = run_both(
-            lambda: self._fitted_once_more(refits), lambda: self._rival_explanations(fit), self.context.jobs
+            lambda: self._fitted_once_more(refits), lambda: self.rivals.outside_library(fit), self.context.jobs
         )
-        if final is None or self._is_rivalled(rivals, 1.0 - final[0].rss / fit.normal.rss):
+        if final is None or self.rivals.explain_more(rivals, 1.0 - final[0].rss / fit.normal.rss):
             return refits, None, None
         return refits, *final
 
@@ -315,48 +314,6 @@ class StepwiseSelection:
                 self.context.progress.message(f"  without {refit_text(chosen)}: {error}")
                 left = [refit for refit in left if refit is not chosen]
         return None
-
-    def _freed_groups(self, fit: Fit) -> FreedGroups:
-        """Test the differences within groups against the residual of a fit, once."""
-        for known, freed in self.freed:
-            if known is fit:
-                return freed
-        self.freed.append((fit, free_groups(self.context, fit)))
-        return self.freed[-1][1]
-
-    def _is_difference_of_members(self, fit: Fit, rss: float, parameters: int) -> bool:
-        """True where different numbers of joints or wheelsets explain as much as effects that leave a misfit.
-
-        They do with as many parameters or fewer at nearly the same misfit, or with more at a misfit that is clearly
-        lower: a worn damper of one joint is no new law.
-        """
-        freed = self._freed_groups(fit).fit
-        if freed is None:
-            return False
-        ratio = self.settings.simpler_misfit_ratio if len(freed.x) <= parameters else 1.0 / self.settings.rival_ratio
-        if freed.normal.rss > ratio * rss:
-            return False
-        shares = [1.0 - x / fit.normal.rss for x in (freed.normal.rss, rss)]
-        self.context.progress.message(
-            f"  separate numbers explain {shares[0]:.2f} of the misfit, effects {shares[1]:.2f}"
-        )
-        return True
-
-    def _is_rivalled(self, rivals: Sequence[tuple[str, float]], share: float) -> bool:
-        """True where an explanation outside the library explains more than the share of an effect."""
-        for text, explained in rivals:
-            if explained >= max(self.settings.rival_ratio * share, self.settings.rival_share):
-                self.context.progress.message(f"  {text} explains more: {explained:.2f}, not {share:.2f}")
-                return True
-        return False
-
-    def _rival_explanations(self, fit: Fit) -> list[tuple[str, float]]:
-        """Best explanations outside the library, a drift and a coupling, with their share of the misfit."""
-        drifts, couplings = find_drifts(self.context, fit)[:1], find_couplings(self.context, fit)[:1]
-        return [
-            *((f"{d.path} varying along the track", d.share) for d in drifts),
-            *((f"a coupling of {c.text}", c.share) for c in couplings),
-        ]
 
     def _final_fit(self, fit: Fit) -> Fit:
         """Fit all parameters once more with weights and initial states of the model with the effect.
@@ -383,16 +340,3 @@ class StepwiseSelection:
         if followed.whole is not None and follows(self.context, followed.whole):
             return followed.whole
         return followed.windowed
-
-
-def simplest_refit(refits: Sequence[Refit], misfit_ratio: float) -> Refit | None:
-    """Select the refit with fewest parameters among those whose misfit is within a ratio of the best."""
-    if not refits:
-        return None
-    near = [r for r in refits if r.rss <= misfit_ratio * refits[0].rss]
-    return min(near, key=lambda r: (len(r.fit.x), _is_on_one_wheelset(r.candidate), r.rss))
-
-
-def _is_on_one_wheelset(candidate: Candidate | None) -> bool:
-    """True for an effect on a single wheelset: one on both comes first."""
-    return candidate is not None and candidate.wheelset is not None

@@ -1,0 +1,70 @@
+"""Rival explanations of a residual: a drift, a coupling, or members of a group that differ, instead of an effect."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from railui.identification.context import Context
+from railui.identification.estimation.fit import Fit
+from railui.identification.structure.couplings import find_couplings
+from railui.identification.structure.drift import find_drifts
+from railui.identification.structure.freed_groups import FreedGroups, free_groups
+
+
+class Rival(NamedTuple):
+    """An explanation outside the library, and the share of the misfit that it explains."""
+
+    text: str
+    share: float
+
+
+class RivalExplanations:
+    """Explanations with which the effects of the library compete for the residual of a fit."""
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+        self.settings = context.settings.selection
+        self._freed: list[tuple[Fit, FreedGroups]] = []
+
+    def outside_library(self, fit: Fit) -> list[Rival]:
+        """Find the best drift and the best coupling."""
+        drifts, couplings = find_drifts(self.context, fit)[:1], find_couplings(self.context, fit)[:1]
+        return [
+            *(Rival(f"{d.path} varying along the track", d.share) for d in drifts),
+            *(Rival(f"a coupling of {c.text}", c.share) for c in couplings),
+        ]
+
+    def explain_more(self, rivals: Sequence[Rival], share: float) -> bool:
+        """True where one of these explains clearly more than an effect that explains a share of the misfit."""
+        for rival in rivals:
+            if rival.share >= max(self.settings.rival_ratio * share, self.settings.rival_share):
+                self.context.progress.message(f"  {rival.text} explains more: {rival.share:.2f}, not {share:.2f}")
+                return True
+        return False
+
+    def freed_groups(self, fit: Fit) -> FreedGroups:
+        """Test the differences within groups against the residual of a fit, once."""
+        for known, freed in self._freed:
+            if known is fit:
+                return freed
+        self._freed.append((fit, free_groups(self.context, fit)))
+        return self._freed[-1][1]
+
+    def members_explain_as_much(self, fit: Fit, rss: float, parameters: int) -> bool:
+        """True where different numbers of joints or wheelsets explain as much as effects that leave a misfit.
+
+        They do with as many parameters or fewer at nearly the same misfit, or with more at a misfit that is clearly
+        lower: a worn damper of one joint is no new law.
+        """
+        freed = self.freed_groups(fit).fit
+        if freed is None:
+            return False
+        ratio = self.settings.simpler_misfit_ratio if len(freed.x) <= parameters else 1.0 / self.settings.rival_ratio
+        if freed.normal.rss > ratio * rss:
+            return False
+        shares = [1.0 - x / fit.normal.rss for x in (freed.normal.rss, rss)]
+        self.context.progress.message(
+            f"  separate numbers explain {shares[0]:.2f} of the misfit, effects {shares[1]:.2f}"
+        )
+        return True
