@@ -14,7 +14,6 @@ Report = Mapping[str, Any]
 
 MAX_CHANNEL_COLUMNS = 10  # of the table of errors; more channels stand below each other
 MAX_DETECTABLE_ROWS = 16
-DETECTABLE_KINDS = ("free_play", "dry_friction", "creep_saturation", "spring", "hysteresis", "flange_contact")
 MIN_CHI2 = 4.0  # of the values per track section, from which a parameter is shown as varying
 MIN_RELATIVE_VARIATION = 0.01  # of a parameter between track sections
 
@@ -92,12 +91,12 @@ def effects_table(report: Report, structure: Structure | None = None) -> Any:
 def detectable_table(report: Report) -> Any:
     """Return the minimum detectable magnitude of common effects."""
     from railui.io.number_format import format_quantity
+    from railui.report.loop.wording import common_rows
 
     detectable = [r for r in report["detectable"] if r["wheelset"] is None and r["value"] is not None]
-    common = [r for kind in DETECTABLE_KINDS for r in detectable if r["kind"] == kind]
     rows = [
         (r["kind"], r["at"], f"{r['parameter']} {format_quantity(r['value'], r['unit'])}")
-        for r in common[:MAX_DETECTABLE_ROWS]
+        for r in common_rows(detectable)[:MAX_DETECTABLE_ROWS]
     ]
     title = "minimum detectable effects (nominal power 90 %)"
     return make_table(("kind", "at", "minimum detectable"), rows, title=title)

@@ -10,7 +10,6 @@ import click
 
 from railui.cli.arguments import load_design_argument, overrides_argument, quantity_option, split_overrides
 from railui.cli.cluster import connect
-from railui.cli.identification_tables import DETECTABLE_KINDS
 from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error, usage_errors
 from railui.cli.plan_after import Candidates, plan_after
 from railui.cli.quantities import parse_duration, parse_plot_path, parse_speeds
@@ -146,7 +145,7 @@ def _tables(document: Mapping[str, Any], structure: Any) -> list[Any]:
     steps = [(s["added"], f"{s['cost']:g}", f"{100 * s['attained_share']:.0f} %") for s in document["steps"]]
     effects = [
         (row["name"], row["parameter"], row["bound"], *row["cells"])
-        for row in effect_rows(document, kinds=DETECTABLE_KINDS, structure=structure)
+        for row in effect_rows(document, only_common=True, structure=structure)
     ]
     parameters = [(row["name"], row["prior"], *row["cells"]) for row in parameter_rows(document)]
     columns = ("selection", "everything", *runs)

@@ -35,6 +35,17 @@ def effect_record(kind: str) -> Record:
     return {record["kind"]: record for record in effect_catalogue()}[kind]
 
 
+@cache
+def common_kinds() -> tuple[str, ...]:
+    """Return the kinds of the common effects, to which a table with little room is limited.
+
+    >>> common_kinds()[:2]
+    ('free_play', 'dry_friction')
+    """
+    common = [record for record in effect_catalogue() if record["common"]]
+    return tuple(record["kind"] for record in sorted(common, key=lambda record: record["common"]))
+
+
 def adds_body(kind: str) -> bool:
     """Return True for an effect that adds a body, such as a lateral mode of the carbody.
 

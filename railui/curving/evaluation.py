@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from railui import core
 from railui.curving.equilibrium import Equilibria, solve_equilibria
 from railui.curving.wheel_forces import quotient_notes, wheel_forces
 from railui.vehicle.design_reader import Design
@@ -16,7 +17,6 @@ from railui.vehicle.model import Model
 from railui.vehicle.resolve import resolve_model
 
 MIN_SHORTFALL: Final = 1e-3  # of the guiding force, from which a note reports it
-FORCELESS_AT_REST: Final = {"dry_friction", "hysteresis"}  # their force at rest is undetermined: see `notes`
 
 DesignLike = Design | Model | str | Path
 
@@ -103,7 +103,8 @@ def result_dict(model: Model, equilibria: Equilibria, k: int, radius: float, can
 def _notes(model: Model, equilibria: Equilibria, k: int, touching: list[bool] | None) -> list[str]:
     """Return notes on undetermined forces, a failed iteration, missing flanges and the shortfall."""
     kinds = {effect.kind for effect in model.effects}
-    notes = [f"{kind}: without force where nothing moves" for kind in sorted(kinds & FORCELESS_AT_REST)]
+    undetermined = (kind for kind in sorted(kinds) if core.effect_record(kind)["undetermined_at_rest"])
+    notes = [f"{kind}: without force where nothing moves" for kind in undetermined]
     if touching is None:
         notes.append(f"no equilibrium found, forces of {equilibria.residual[k]:.3g} wheel loads are left over")
         return notes

@@ -16,7 +16,6 @@ from railui.io.units import UnitError, quantity, read_speed
 
 SECONDS_PER_DAY: Final = 86400.0
 FIRST_DATE: Final = 3652.0  # day of 1980; smaller times are numbers of days and not dates
-DEFAULT_WATCH: Final = ("free_play", "dry_friction", "sensor_gain")
 TIME_REMEDY: Final = "write 2026-03-01, 2026-03-01T06:30, or a number of days"
 
 
@@ -73,12 +72,18 @@ Time = Annotated[float, ValueReader(read_time, {"type": ["string", "number"]})]
 Seconds = Annotated[float, quantity_reader("s", 0.0, above=True)]
 
 
+def _followed_kinds() -> list[str]:
+    from railui.core import effect_catalogue
+
+    return [record["kind"] for record in effect_catalogue() if record["followed"]]
+
+
 class TypeModel(MeasurementModel):
     """Schema of a vehicle type: design, sensors, noise, parameters to track, effects to watch."""
 
     vehicle: Text = Field(json_schema_extra={"sample": "vehicle: vehicle.yaml"})
     watch: Annotated[list[Text], LIST] = Field(
-        default_factory=lambda: list(DEFAULT_WATCH), title="effects whose size is followed: kinds, or KIND at LOCATION"
+        default_factory=_followed_kinds, title="effects whose size is followed: kinds, or KIND at LOCATION"
     )
 
 

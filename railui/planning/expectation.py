@@ -17,7 +17,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.block_products import scaled_inverse
-from railui.identification.structure.candidates import LINEAR, Candidate
+from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.minimum_detectable import detectable_rows, minimum_detectable_amount
@@ -175,7 +175,7 @@ class Expectation:
         freedom = self._degrees_of_freedom()
         found: list[ExpectedScore | None] = []
         for k, (candidate, shape) in enumerate(self.information.keys):
-            least = test.min_remaining_share_linear if candidate.kind in LINEAR else test.min_remaining_share
+            least = test.min_remaining_share_linear if candidate.is_linear else test.min_remaining_share
             share = left[k] / max(total[k], 1e-300)
             is_usable = total[k] > 0.0 and share > least and sd[k] > 0.0
             found.append(

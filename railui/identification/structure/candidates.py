@@ -20,7 +20,6 @@ from railui.vehicle.track_geometry import track_geometry
 
 W = 10.0  # rad/s, corner frequency to which the shapes of dampers refer
 QUADRATURE = 0.5 * np.pi  # rad, between the two phases in which a periodic effect is simulated
-LINEAR = ("spring", "viscous_damper")  # kinds that other values of the estimated parameters may replace
 PACKED = 2  # shapes of a kind up to which its locations are simulated together
 
 
@@ -40,6 +39,11 @@ class Candidate:
         if core.effect_record(self.kind)["acts"] == "sensor":
             return False
         return all(p["minimum"] >= 0 for p in strengths)
+
+    @property
+    def is_linear(self) -> bool:
+        """True if other values of the estimated parameters may replace it."""
+        return bool(core.effect_record(self.kind)["linear"])
 
     @property
     def has_phase(self) -> bool:
@@ -83,12 +87,13 @@ def list_candidates(
     sites = _sites(model, segments, starts)
     measured = {c for s in segments for c in s.channels if is_compared(c)}
     prescribed = driven_locations(segments)
-    has_gauge = any(np.any(s.columns.get("gauge", np.zeros(1))) for s in segments)
     candidates = []
     for record in core.effect_catalogue():
         kind = str(record["kind"])
         excluded = not record["candidate"] or kind in without
-        if excluded or (record["acts"] == "rail" and loaded) or (kind == "gauge_conicity" and not has_gauge):
+        needed = record["column"]
+        is_missing = needed and not any(np.any(s.columns.get(needed, np.zeros(1))) for s in segments)
+        if excluded or (record["acts"] == "rail" and loaded) or is_missing:
             continue
         for at, numbers in candidate_locations(model, record):
             is_possible = at in measured if record["acts"] == "sensor" else (at in sites and at not in prescribed)

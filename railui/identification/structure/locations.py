@@ -10,8 +10,6 @@ from railui.vehicle.effects import WHEELSET_LOCATIONS
 from railui.vehicle.model import Model
 from railui.vehicle.multibody import Structure
 
-# laws of a damper, which are looked for at the damper where it and a spring join the same bodies
-DAMPERS: Final = ("viscous_damper", "quadratic_damper", "asymmetric_damper", "maxwell_damper")
 JOINT_CLASSES: Final = ("primary_lateral", "primary_yaw", "secondary_lateral", "secondary_yaw")
 # directions of the numbers of an element, and of the locations at which it acts
 DIRECTION_OF_WAY: Final = {
@@ -38,10 +36,9 @@ def candidate_locations(model: Model, record: core.Record) -> list[tuple[str, Nu
         return [(at, (None, 1, 2) if at in WHEELSET_LOCATIONS else (None,)) for at in names]
     if record["acts"] == "body":
         return []  # the vehicle has a body above its frames already
-    is_damper = record["kind"] in DAMPERS
     return [
         (at, location_numbers(structure, at))
-        for at in distinct_locations(model, prefer_damping=is_damper)
+        for at in distinct_locations(model, prefer_damping=record["damper"])
         if structure.effect_locations[at].catalogue_name in record["at"]
     ]
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import RefitSettings
+from railui.core import effect_record
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
@@ -20,11 +21,6 @@ from railui.identification.structure.screening import Screened, ScreeningFits, f
 from railui.parallel import map_threads
 
 RANKING_SEED = 13
-# families of laws at one location that a small amount may confuse: a law that sticks moves little
-RELATED_KINDS = (
-    {"dry_friction", "hysteresis", "maxwell_damper"},
-    {"free_play", "bump_stop", "cubic_stiffness"},
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +58,8 @@ def select_candidates(settings: RefitSettings, scores: ScoreTestResult, *, every
 
 def _are_related(a: Candidate, b: Candidate) -> bool:
     """True for two laws of one family at one location."""
-    same_family = any({a.kind, b.kind} <= family for family in RELATED_KINDS)
-    return same_family and (a.at, a.wheelset) == (b.at, b.wheelset)
+    family = effect_record(a.kind)["family"]
+    return bool(family) and (family, a.at, a.wheelset) == (effect_record(b.kind)["family"], b.at, b.wheelset)
 
 
 def refit_candidates(

@@ -22,7 +22,7 @@ from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
 from railui.identification.events import ScoreTestProgress
 from railui.identification.prediction import Predictor, required_steps_each
-from railui.identification.structure.candidates import LINEAR, QUADRATURE, Candidate, CandidateBatch, batches_on
+from railui.identification.structure.candidates import QUADRATURE, Candidate, CandidateBatch, batches_on
 from railui.identification.structure.evidence import ScoreResult, family_wise_test, signed_rho
 from railui.identification.structure.locations import JointKey, joint_key
 from railui.identification.structure.projection import ProjectedScores, Projector
@@ -156,7 +156,7 @@ def _undecided(
     kappa_x unchanged. Only a varying speed distinguishes the two, and the first seconds have one speed.
     """
     decided = {s.candidate for s in preselection if s.unabsorbed_share >= min_remaining_share}
-    return {c for c in candidates if c.kind in LINEAR and c not in decided}
+    return {c for c in candidates if c.is_linear and c not in decided}
 
 
 class ScoreTest:
@@ -331,7 +331,7 @@ def output_differences(
 
 
 def _is_linear(candidates: CandidateBatch) -> bool:
-    return candidates.members[0].kind in LINEAR
+    return candidates.members[0].is_linear
 
 
 def _adds_body(candidates: CandidateBatch) -> bool:

@@ -13,7 +13,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
-from railui.identification.structure.candidates import LINEAR, Candidate, candidate_text
+from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult, signed_rho
 from railui.identification.structure.locations import Element, estimated_elements, joint_key
 from railui.identification.structure.score_test import ScoreTestResult
@@ -256,4 +256,4 @@ class ScreeningFits:
 
 def is_linear(c: Candidate) -> bool:
     """True for a spring or damper, which estimated parameters can replace."""
-    return c.strength is not None and c.kind in LINEAR
+    return c.strength is not None and c.is_linear

@@ -13,33 +13,6 @@ from railui.vehicle.multibody import Structure
 
 Report = Mapping[str, Any]
 
-BY_KIND = {
-    "spring": "stiffness of {place}: wrong spring, broken leaf or rubber, ice, data sheet",
-    "viscous_damper": "dampers of {place}: type, leakage, temperature",
-    "free_play": "clearance in {place}: guides, bushes, wear plates, pins",
-    "cubic_stiffness": "progressive springs or rubber of {place}; force against deflection on a test bench",
-    "quadratic_stiffness": "unequal springs or a preload at {place}: travel to either side",
-    "bump_stop": "stops of {place}: gap and witness marks",
-    "dry_friction": "sliding surfaces of {place}: wear, lubrication, friction dampers",
-    "hysteresis": "rubber, leaf springs or friction dampers of {place}: force against deflection on a test bench",
-    "quadratic_damper": "dampers of {place}: valve characteristic on a test bench",
-    "asymmetric_damper": "dampers of {place}: compression and extension on a test bench",
-    "maxwell_damper": "mountings and bushes of the dampers of {place}",
-    "flange_contact": "wheel flanges and gauge: flange thickness, track gauge, clearance",
-    "run_out": "wheel tread of {place}: out-of-roundness, mounting of the wheel and the axle box",
-    "steady_force": "steady lateral forces: cant, side wind, drawgear, wheel load differences",
-    "coach_mode": "carbody: its lateral mode takes part in the motion; measure it or extend the model",
-    "rail_flexibility": "track: fastenings and lateral stiffness; measure the rails under load",
-    "nonlinear_conicity": "wheel profiles: hollow wear; measure them and use them in the model",
-    "gauge_conicity": "wheel and rail profiles with the gauge along the line",
-    "rolling_line_offset": "wheel diameters and rail wear on the two sides",
-    "rolling_line": "rail profiles along the line: side wear, grinding",
-    "profile_shape": "wheel and rail profiles",
-    "sensor_delay": "clock, filter and anti-alias settings of channel {place}",
-    "sensor_gain": "calibration, mounting and unit of channel {place}",
-    "sensor_offset": "zero of channel {place}",
-}
-CREEP = "adhesion: wet, greasy or contaminated rails, flange lubrication, weather of the day"
 NONE = "nothing on the vehicle; effects below the minimum detectable sizes remain possible"
 UNLOCATED = "no location is supported by the data; check synchronisation and mounting, then repeat with more sensors"
 OTHER_SPEED = "a run at another speed or amplitude, with a sensor at this location, separates causes"
@@ -63,12 +36,10 @@ def inspection_lines(report: Report, structure: Structure | None = None) -> list
 
 
 def _effect_line(effect: Mapping[str, Any], structure: Structure | None) -> str:
-    kind, at = effect["kind"], effect["at"]
-    if core.effect_record(kind)["acts"] == "creep":
-        return CREEP
+    at = effect["at"]
     is_rig = at == "rig"
     place = "the component" if is_rig else location_phrase(at, effect["wheelset"], structure).removeprefix("signal ")
-    return BY_KIND.get(kind, "{place}").format(place=place)
+    return str(core.effect_record(effect["kind"])["inspection"]).format(place=place)
 
 
 def _discrepancy_line(outside: Mapping[str, Any], structure: Structure | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from railui import core
@@ -47,6 +47,12 @@ def shown_models(report: Mapping[str, Any]) -> dict[str, str]:
     if report["after"] == {key: report["before"].get(key) for key in report["after"]}:
         return {"declared": "nominal", "after": "calibrated", "floor": "noise floor"}
     return {model: MODEL_LABELS[model] for model in MODELS}
+
+
+def common_rows(rows: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return the rows of the common effects, for a table with little room: by kind, in the order of `common_kinds`."""
+    rows = list(rows)
+    return [row for kind in core.common_kinds() for row in rows if row["kind"] == kind]
 
 
 def effect_title(kind: str) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, Final
 
-from railui.report.loop.wording import effect_title, location_text
+from railui import core
+from railui.report.loop.wording import common_rows, effect_title, location_text
 from railui.report.numbers import DASH, format_number, readable_scale
 from railui.vehicle.multibody import Structure
 
@@ -14,7 +15,6 @@ Row = dict[str, Any]
 
 CONFOUNDED: Final = "*"
 CONFOUNDED_CAPTION: Final = f"{CONFOUNDED} detected there before it can be separated from another effect"
-SMALLER_IS_STRONGER: Final = ("creep_saturation", "rail_flexibility")  # found up to a value, others from it
 
 
 def effect_name(row: Document, structure: Structure | None = None) -> str:
@@ -23,7 +23,7 @@ def effect_name(row: Document, structure: Structure | None = None) -> str:
 
 
 def effect_rows(
-    document: Document, *, groups_only: bool = True, kinds: Sequence[str] | None = None, structure: Structure | None
+    document: Document, *, groups_only: bool = True, only_common: bool = False, structure: Structure | None
 ) -> list[Row]:
     """Return a row of texts for every effect: selection, everything, each run alone.
 
@@ -31,13 +31,11 @@ def effect_rows(
     ----------
     groups_only
         Leave out effects of single wheelsets or joints.
-    kinds
-        Kinds to show, in this order; all by default.
+    only_common
+        Leave out effects other than the common ones.
     """
     rows = [r for r in document["detectable"] if not (groups_only and r["wheelset"] is not None)]
-    if kinds is not None:
-        rows = [r for kind in kinds for r in rows if r["kind"] == kind]
-    return [_effect_row(r, structure) for r in rows]
+    return [_effect_row(r, structure) for r in (common_rows(rows) if only_common else rows)]
 
 
 def _effect_row(row: Document, structure: Structure | None) -> Row:
@@ -52,7 +50,7 @@ def _effect_row(row: Document, structure: Structure | None) -> Row:
         "name": effect_name(row, structure),
         "single": row["wheelset"] is not None,
         "parameter": f"{row['parameter'].replace('_', ' ')}{suffix}",
-        "bound": "up to" if row["kind"] in SMALLER_IS_STRONGER else "from",
+        "bound": "up to" if core.effect_record(row["kind"])["smaller_is_stronger"] else "from",
         "cells": cells[:shown],
         "values": values[:shown],
         "steps": cells[shown:],

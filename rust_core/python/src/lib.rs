@@ -138,6 +138,16 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         d.set_item("odd", record.odd)?;
         d.set_item("dissipates", record.dissipates)?;
         d.set_item("candidate", record.candidate)?;
+        let diagnosis = &record.diagnosis;
+        d.set_item("inspection", diagnosis.inspection)?;
+        d.set_item("family", diagnosis.family)?;
+        d.set_item("linear", diagnosis.linear)?;
+        d.set_item("damper", diagnosis.damper)?;
+        d.set_item("smaller_is_stronger", diagnosis.smaller_is_stronger)?;
+        d.set_item("undetermined_at_rest", diagnosis.undetermined_at_rest)?;
+        d.set_item("column", diagnosis.column)?;
+        d.set_item("common", diagnosis.common)?;
+        d.set_item("followed", diagnosis.followed)?;
         d.set_item("shapes", record.shapes.iter().map(|s| s.to_vec()).collect::<Vec<_>>())?;
         let params = PyList::empty(py);
         for p in record.params {

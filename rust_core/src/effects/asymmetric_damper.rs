@@ -25,6 +25,7 @@ impl Effect for AsymmetricDamper {
         odd: false,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { damper: true, ..Diagnosis::of("dampers of {place}: compression and extension on a test bench") },
         shapes: &[&[0.5]],
     };
 

@@ -20,6 +20,7 @@ impl Effect for BumpStop {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { family: STIFFENING, ..Diagnosis::of("stops of {place}: gap and witness marks") },
         shapes: &[
             &[0.15, 1.0], &[0.3, 1.0], &[0.5, 1.0], &[0.75, 1.0], &[1.0, 1.0], &[1.3, 1.0], &[1.6, 1.0],
             &[2.0, 1.0], &[2.4, 1.0], &[2.9, 1.0],

@@ -21,6 +21,7 @@ impl Effect for CoachMode {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis::of("carbody: its lateral mode takes part in the motion; measure it or extend the model"),
         shapes: &[
             &[0.3, 1.0, 1.0], &[1.0, 1.0, 1.0], &[3.0, 1.0, 1.0], &[8.0, 1.0, 1.0], &[1.0, 3.0, 1.0], &[3.0, 3.0, 1.0],
             &[8.0, 3.0, 1.0], &[1.0, 1.0, 0.3], &[3.0, 1.0, 0.3], &[8.0, 1.0, 0.3], &[3.0, 0.3, 1.0],

@@ -25,6 +25,7 @@ impl Effect for CreepSaturation {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { smaller_is_stronger: true, common: 3, ..Diagnosis::of(ADHESION) },
         shapes: &[&[0.04], &[0.07], &[0.1], &[0.15], &[0.2], &[0.28], &[0.4], &[0.6]],
     };
 

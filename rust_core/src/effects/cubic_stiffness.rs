@@ -25,6 +25,7 @@ impl Effect for CubicStiffness {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { family: STIFFENING, ..Diagnosis::of("progressive springs or rubber of {place}; force against deflection on a test bench") },
         shapes: &[&[0.3]],
     };
 

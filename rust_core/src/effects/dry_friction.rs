@@ -28,6 +28,7 @@ impl Effect for DryFriction {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { family: STICKING, undetermined_at_rest: true, common: 2, followed: true, ..Diagnosis::of("sliding surfaces of {place}: wear, lubrication, friction dampers") },
         shapes: &[&[0.5, 0.03], &[0.5, 0.08], &[0.5, 0.2], &[0.5, 0.5], &[0.5, 1.2]],
     };
 

@@ -83,6 +83,51 @@ impl Alteration {
     }
 }
 
+/// Properties of an effect that its identification and the reports about it use.
+#[derive(Clone, Copy, Debug)]
+pub struct Diagnosis {
+    /// Subject of an inspection where it is found; `{place}` stands for its location.
+    pub inspection: &'static str,
+    /// Family of laws that a small amount may confuse at one location; empty: none.
+    pub family: &'static str,
+    /// True if other values of the vehicle's own parameters may replace it.
+    pub linear: bool,
+    /// True of a law of dampers: where a damper and a spring join the same bodies, it is looked for at the damper.
+    pub damper: bool,
+    /// True if it acts the more, the smaller its parameter is.
+    pub smaller_is_stronger: bool,
+    /// True if its force is undetermined where nothing moves.
+    pub undetermined_at_rest: bool,
+    /// Column of a run without which it does not act; empty: none.
+    pub column: &'static str,
+    /// Place among the common effects, to which a table with little room is limited; 0: it is none of them.
+    pub common: u8,
+    /// True if the size of it is followed in a fleet that names no effects.
+    pub followed: bool,
+}
+
+impl Diagnosis {
+    /// None of the properties.
+    pub const fn of(inspection: &'static str) -> Self {
+        Diagnosis {
+            inspection,
+            family: "",
+            linear: false,
+            damper: false,
+            smaller_is_stronger: false,
+            undetermined_at_rest: false,
+            column: "",
+            common: 0,
+            followed: false,
+        }
+    }
+}
+
+/// A law that sticks moves little, one that stiffens is linear where the motion is small.
+pub const STICKING: &str = "sticking";
+pub const STIFFENING: &str = "stiffening";
+pub const ADHESION: &str = "adhesion: wet, greasy or contaminated rails, flange lubrication, weather of the day";
+
 /// The record of an effect: the one place where it describes itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Record {
@@ -101,6 +146,7 @@ pub struct Record {
     pub dissipates: bool,
     /// True if the score test includes it.
     pub candidate: bool,
+    pub diagnosis: Diagnosis,
     /// Starting shapes of a search: per parameter a multiple of its own unit made of the actual rms motion at
     /// the location (z, v), the force k z, and k, c; 0 means the parameter's default.
     pub shapes: &'static [&'static [f64]],

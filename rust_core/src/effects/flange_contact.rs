@@ -26,6 +26,7 @@ impl Effect for FlangeContact {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { common: 6, ..Diagnosis::of("wheel flanges and gauge: flange thickness, track gauge, clearance") },
         shapes: &[
             &[1.0, 5e6], &[0.2, 5e6], &[0.3, 5e6], &[0.4, 5e6], &[0.5, 5e6], &[0.6, 5e6], &[0.7, 5e6], &[0.8, 5e6],
             &[0.9, 5e6], &[1.15, 5e6], &[1.3, 5e6],

@@ -25,6 +25,7 @@ impl Effect for FreePlay {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { family: STIFFENING, common: 1, followed: true, ..Diagnosis::of("clearance in {place}: guides, bushes, wear plates, pins") },
         shapes: &[&[0.08], &[0.15], &[0.25], &[0.4], &[0.6], &[0.85], &[1.2], &[1.7], &[2.4], &[3.3]],
     };
 

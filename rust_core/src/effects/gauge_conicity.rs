@@ -17,6 +17,7 @@ impl Effect for GaugeConicity {
         odd: true,
         dissipates: false,
         candidate: true,
+        diagnosis: Diagnosis { column: "gauge", ..Diagnosis::of("wheel and rail profiles with the gauge along the line") },
         shapes: &[&[-15.0]],
     };
 }

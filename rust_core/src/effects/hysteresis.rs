@@ -20,6 +20,7 @@ impl Effect for Hysteresis {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { family: STICKING, undetermined_at_rest: true, common: 5, ..Diagnosis::of("rubber, leaf springs or friction dampers of {place}: force against deflection on a test bench") },
         shapes: &[
             &[0.3, 0.1], &[0.3, 0.3], &[0.3, 1.0], &[1.0, 0.1], &[1.0, 0.3], &[1.0, 1.0], &[3.0, 0.1], &[3.0, 0.3],
             &[3.0, 1.0], &[10.0, 0.1], &[10.0, 0.3], &[10.0, 1.0],

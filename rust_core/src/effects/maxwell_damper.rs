@@ -37,6 +37,7 @@ impl Effect for MaxwellDamper {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { family: STICKING, damper: true, ..Diagnosis::of("mountings and bushes of the dampers of {place}") },
         // corner frequencies k/c from 1 to 150 rad/s
         shapes: &[
             &[1.0, 10.0], &[1.0, 4.0], &[1.0, 2.0], &[1.0, 1.0], &[1.0, 0.5], &[1.0, 0.25], &[1.0, 0.13], &[1.0, 0.067],

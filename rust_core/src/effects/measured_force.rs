@@ -94,6 +94,7 @@ impl<X: Abscissa> Effect for CurveOf<X> {
         odd: false,
         dissipates: false,
         candidate: false,
+        diagnosis: Diagnosis::of("{place}"),
         shapes: &[],
     };
 

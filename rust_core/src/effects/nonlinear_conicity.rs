@@ -25,6 +25,7 @@ impl Effect for NonlinearConicity {
         odd: true,
         dissipates: false,
         candidate: true,
+        diagnosis: Diagnosis::of("wheel profiles: hollow wear; measure them and use them in the model"),
         shapes: &[&[2e4]],
     };
 }

@@ -65,6 +65,7 @@ impl Effect for Polach {
         dissipates: true,
         // a saturation like creep_saturation, within 10 % of it: measured motions cannot separate them
         candidate: false,
+        diagnosis: Diagnosis::of(ADHESION),
         shapes: &[],
     };
 

@@ -25,6 +25,7 @@ impl Effect for ProfileShape {
         dissipates: false,
         // comes with the profiles of the design: nothing to search for
         candidate: false,
+        diagnosis: Diagnosis::of("wheel and rail profiles"),
         shapes: &[],
     };
 

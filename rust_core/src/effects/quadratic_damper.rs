@@ -25,6 +25,7 @@ impl Effect for QuadraticDamper {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { damper: true, ..Diagnosis::of("dampers of {place}: valve characteristic on a test bench") },
         shapes: &[&[1.0]],
     };
 

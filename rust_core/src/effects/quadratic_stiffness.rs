@@ -25,6 +25,7 @@ impl Effect for QuadraticStiffness {
         odd: false,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis::of("unequal springs or a preload at {place}: travel to either side"),
         shapes: &[&[0.3]],
     };
 

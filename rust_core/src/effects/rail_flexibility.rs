@@ -20,6 +20,7 @@ impl Effect for RailFlexibility {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { smaller_is_stronger: true, ..Diagnosis::of("track: fastenings and lateral stiffness; measure the rails under load") },
         shapes: &[
             &[2e6, 3e4], &[4e6, 3e4], &[8e6, 3e4], &[1.6e7, 3e4], &[4e7, 1e5], &[2e6, 2e5], &[4e6, 2e5], &[8e6, 2e5],
             &[1.6e7, 2e5], &[4e6, 1e6], &[8e6, 1e6],

@@ -23,6 +23,7 @@ impl Effect for RollingLine {
         dissipates: false,
         // a property of a track, not of a vehicle: an undeclared one is reported as a discrepancy over the distance
         candidate: false,
+        diagnosis: Diagnosis::of("rail profiles along the line: side wear, grinding"),
         shapes: &[],
     };
 

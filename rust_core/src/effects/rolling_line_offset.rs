@@ -17,6 +17,7 @@ impl Effect for RollingLineOffset {
         odd: false,
         dissipates: false,
         candidate: false,
+        diagnosis: Diagnosis::of("wheel diameters and rail wear on the two sides"),
         shapes: &[],
     };
 }

@@ -21,6 +21,7 @@ impl Effect for RunOut {
         odd: false,
         dissipates: false,
         candidate: true,
+        diagnosis: Diagnosis::of("wheel tread of {place}: out-of-roundness, mounting of the wheel and the axle box"),
         // the turns of a whole run separate radii that differ by some 0.05 %
         shapes: &[
             &[1000.0, 0.990, 0.0], &[1000.0, 0.991, 0.0], &[1000.0, 0.992, 0.0],

@@ -17,6 +17,7 @@ impl Effect for SensorDelay {
         odd: true,
         dissipates: false,
         candidate: true,
+        diagnosis: Diagnosis::of("clock, filter and anti-alias settings of channel {place}"),
         shapes: &[&[0.004]],
     };
 }

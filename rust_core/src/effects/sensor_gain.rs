@@ -17,6 +17,7 @@ impl Effect for SensorGain {
         odd: true,
         dissipates: false,
         candidate: true,
+        diagnosis: Diagnosis { followed: true, ..Diagnosis::of("calibration, mounting and unit of channel {place}") },
         shapes: &[&[1.2]],
     };
 }

@@ -17,6 +17,7 @@ impl Effect for SensorOffset {
         odd: false,
         dissipates: false,
         candidate: false,
+        diagnosis: Diagnosis::of("zero of channel {place}"),
         shapes: &[],
     };
 }

@@ -38,6 +38,7 @@ impl Effect for ShenHedrickElkins {
         dissipates: true,
         // with measured coefficients (surface 1) it is creep_saturation itself
         candidate: false,
+        diagnosis: Diagnosis::of(ADHESION),
         shapes: &[],
     };
 

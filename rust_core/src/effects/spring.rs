@@ -17,6 +17,7 @@ impl Effect for Spring {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { linear: true, common: 4, ..Diagnosis::of("stiffness of {place}: wrong spring, broken leaf or rubber, ice, data sheet") },
         shapes: &[&[1.0]],
     };
 

@@ -17,6 +17,7 @@ impl Effect for SteadyForce {
         odd: false,
         dissipates: false,
         candidate: false,
+        diagnosis: Diagnosis::of("steady lateral forces: cant, side wind, drawgear, wheel load differences"),
         shapes: &[],
     };
 }

@@ -46,6 +46,7 @@ impl Effect for VermeulenJohnson {
         dissipates: true,
         // but for the spin part it is creep_saturation: measured motions cannot separate the two
         candidate: false,
+        diagnosis: Diagnosis::of(ADHESION),
         shapes: &[],
     };
 

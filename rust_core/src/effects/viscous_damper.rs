@@ -25,6 +25,7 @@ impl Effect for ViscousDamper {
         odd: true,
         dissipates: true,
         candidate: true,
+        diagnosis: Diagnosis { linear: true, damper: true, ..Diagnosis::of("dampers of {place}: type, leakage, temperature") },
         shapes: &[&[1.0]],
     };
 
