@@ -136,12 +136,12 @@ macro_rules! catalogue {
                 }
             }
 
-            /// T_x, T_y of a wheel; those of the linear law where this is none of creep.
+            /// T_x, T_y of N wheels; those of the linear law where this is none of creep.
             #[inline(always)]
-            pub fn creep<P: Part>(self, p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
+            pub fn creep<P: Part, const N: usize>(self, p: Numbers<'_>, wheels: &[Creeping<P>; N]) -> [[P; 2]; N] {
                 match self {
-                    $(Law::$creep => <$c::$creep as Creep>::forces(p, wheel),)*
-                    _ => [wheel.tx, wheel.ty],
+                    $(Law::$creep => creep_of::<$c::$creep, P, N>(p, wheels),)*
+                    _ => linear_of(wheels),
                 }
             }
 
@@ -197,12 +197,31 @@ catalogue! {
     }
 }
 
+#[inline(always)]
+fn linear_of<P: Part, const N: usize>(wheels: &[Creeping<P>; N]) -> [[P; 2]; N] {
+    let mut forces = [[P::zero(); 2]; N];
+    for i in 0..N {
+        forces[i] = [wheels[i].tx, wheels[i].ty];
+    }
+    forces
+}
+
+#[inline(always)]
+fn creep_of<C: Creep, P: Part, const N: usize>(p: Numbers<'_>, wheels: &[Creeping<P>; N]) -> [[P; 2]; N] {
+    let mut forces = linear_of(wheels);
+    for i in 0..N {
+        forces[i] = C::forces(p, &wheels[i]);
+    }
+    forces
+}
+
 impl Law {
     /// Creep forces of one wheel of a law with its parameters.
     pub fn creep_of_one(self, p: &[f64], site: &Site, [tx, ty, spin, speed]: [f64; 4]) -> [f64; 2] {
         let lanes: Vec<_> = self.prepare(p, site).into_iter().map(Lanes::splat).collect();
         let [tx, ty, spin, speed] = [tx, ty, spin, speed].map(Portable::splat);
-        self.creep(Numbers { lanes: &lanes, at: 0 }, &Creeping { tx, ty, spin, speed }).map(|force| {
+        let [forces] = self.creep(Numbers { lanes: &lanes, at: 0 }, &[Creeping { tx, ty, spin, speed }]);
+        forces.map(|force| {
             let mut out = Lanes::ZERO;
             force.store(&mut out, 0);
             out.0[0]

@@ -83,15 +83,20 @@ impl Creep for Polach {
     // F = (2 mu N/pi) (k_A e/(1 + (k_A e)^2) + atan(k_S e)), as factor on T: (k_A/(1 + (k_A e)^2) + k_S atan(k_S e)/(k_S e))/2
     #[inline(always)]
     fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
-        let one = P::splat(1.0);
+        let (one, half) = (P::splat(1.0), P::splat(0.5));
         let [per_force, k_a, k_s, last, decay, soft_x, soft_y]: [P; 7] = p.first();
-        let (along, across) = (wheel.tx * soft_x, (wheel.ty - wheel.spin) * soft_y);
-        let slip = wheel.speed * along.mul_add(along, across * across).sqrt();
-        let friction = (one - last).mul_add((slip * decay).exp_below_zero(), last);
-        let e = wheel.tx.mul_add(wheel.tx, wheel.ty * wheel.ty).sqrt() * per_force / friction;
-        let (adhesion, sliding) = (k_a * e, k_s * e);
-        let factor = k_a / adhesion.mul_add(adhesion, one) + k_s * sliding.atan_ratio();
-        let factor = factor * P::splat(0.5);
+        let (falls, mut per_limit) = (one - last, per_force);
+        // where friction falls in no lane, no speed of slip is asked for
+        if falls.any_from(P::splat(f64::MIN_POSITIVE)) {
+            let (along, across) = (wheel.tx * soft_x, (wheel.ty - wheel.spin) * soft_y);
+            let slip = wheel.speed * along.mul_add(along, across * across).sqrt();
+            per_limit = per_force / falls.mul_add((slip * decay).exp_below_zero(), last);
+        }
+        let e = wheel.tx.mul_add(wheel.tx, wheel.ty * wheel.ty).sqrt() * per_limit;
+        // both quotients over one denominator
+        let (adhesion, [arc, sliding]) = (k_a * e, (k_s * e).atan_fraction());
+        let sticking = adhesion.mul_add(adhesion, one);
+        let factor = half * k_a.mul_add(sliding, k_s * arc * sticking) / (sticking * sliding);
         [factor * wheel.tx, factor * wheel.ty]
     }
 }

@@ -130,22 +130,27 @@ pub trait Part:
         exp(self.max(Self::splat(-700.0)))
     }
 
-    /// atan(self)/self for self >= 0, 1 at 0: three times the half angle, then the series; relative error below 1e-14.
+    /// Numerator and denominator of atan(self)/self for 0 <= self < 1e100, relative error of the quotient below 1e-15; the
+    /// quotient is left to where others are made.
+    ///
+    /// atan x = y + atan t by one quotient t of three ranges, atan t = t + t^3 P(t^2)/Q(t^2) (Moshier, Cephes: atan.c).
     #[inline(always)]
-    fn atan_ratio(self) -> Self {
+    fn atan_fraction(self) -> [Self; 2] {
         let one = Self::splat(1.0);
-        let (mut t, mut divisor) = (self, one);
-        for _ in 0..3 {
-            let d = one + t.mul_add(t, one).sqrt();
-            t = t / d;
-            divisor = divisor * d;
+        // 0 has the limit 1
+        let x = self.max(Self::splat(1e-100));
+        let (middle, high) = (Self::splat(0.66), Self::splat(1.0 + std::f64::consts::SQRT_2));
+        let choose = |low, between, above| x.if_less(middle, low, x.if_less(high, between, above));
+        let t = choose(x, x - one, -one) / choose(one, x + one, x);
+        let y =
+            choose(Self::zero(), Self::splat(std::f64::consts::FRAC_PI_4), Self::splat(std::f64::consts::FRAC_PI_2));
+        let z = t * t;
+        let (mut p, mut q) = (Self::splat(ATAN_P[0]), z + Self::splat(ATAN_Q[0]));
+        for i in 1..5 {
+            p = p.mul_add(z, Self::splat(ATAN_P[i]));
+            q = q.mul_add(z, Self::splat(ATAN_Q[i]));
         }
-        let t2 = t * t;
-        let mut p = Self::splat(-1.0 / 23.0);
-        for k in [21.0, -19.0, 17.0, -15.0, 13.0, -11.0, 9.0, -7.0, 5.0, -3.0, 1.0] {
-            p = p.mul_add(t2, Self::splat(1.0 / k));
-        }
-        Self::splat(8.0) * p / divisor
+        [(y + t).mul_add(q, t * z * p), x * q]
     }
 
     /// Sine, absolute error below 1e-14 for abs(self) < 1e6.
@@ -166,6 +171,21 @@ pub trait Part:
     }
 }
 
+/// Coefficients of Cephes' atan, highest first; the first of Q is one.
+const ATAN_P: [f64; 5] = [
+    -8.750_608_600_031_904e-1,
+    -1.615_753_718_733_365e1,
+    -7.500_855_792_314_705e1,
+    -1.228_866_684_490_136_2e2,
+    -6.485_021_904_942_025e1,
+];
+const ATAN_Q: [f64; 5] = [
+    2.485_846_490_142_306_3e1,
+    1.650_270_098_316_988_5e2,
+    4.328_810_604_912_902_7e2,
+    4.853_903_996_359_137e2,
+    1.945_506_571_482_614e2,
+];
 const PI_HIGH: f64 = std::f64::consts::PI;
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 /// Taylor coefficients of sin(x)/x in x^2, highest first: 1e-16 at pi/2.
@@ -234,11 +254,12 @@ mod tests {
             for at in (0..LANES).step_by(P::WIDTH) {
                 let p = P::load(&x, at);
                 (-p).exp_below_zero().store(&mut e, at);
-                p.atan_ratio().store(&mut a, at);
+                let [numerator, denominator] = p.atan_fraction();
+                (numerator / denominator).store(&mut a, at);
             }
             for i in 0..LANES {
                 assert!((e.0[i] / (-x.0[i]).exp() - 1.0).abs() < 1e-13 || x.0[i] > 700.0, "{} {}", x.0[i], e.0[i]);
-                assert!((a.0[i] * x.0[i] / x.0[i].atan() - 1.0).abs() < 1e-14, "{} {}", x.0[i], a.0[i]);
+                assert!((a.0[i] * x.0[i] / x.0[i].atan() - 1.0).abs() < 1e-15, "{} {}", x.0[i], a.0[i]);
             }
         }
     }

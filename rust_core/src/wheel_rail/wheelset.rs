@@ -372,8 +372,9 @@ impl WheelsetLanes {
         let mut wheels =
             [Creeping { tx, ty: ty_1, spin: spin[0], speed }, Creeping { tx, ty: ty_2, spin: spin[1], speed }];
         for creep in &self.creeps {
-            for wheel in &mut wheels {
-                let mut acts_fully = creep.law.creep(creep.numbers(part), wheel);
+            let forces = creep.law.creep(creep.numbers(part), &wheels);
+            for i in 0..2 {
+                let (wheel, mut acts_fully) = (&mut wheels[i], forces[i]);
                 if !creep.acts_fully {
                     let alpha = P::load(&creep.alpha, part);
                     // amount 1 has the same digits as without blending
