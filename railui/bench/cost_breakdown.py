@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -25,10 +26,12 @@ from railui.bench.standard_job import (
 from railui.bench.step_error import effect_cases
 from railui.core import LANES, resolve_thread_count
 from railui.ride_quality.statistics import SCORE_CHANNELS
+from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
 
 EFFECTS_LENGTH: Final = 1000.0  # m: the cost of a design apart from its steps is below 1 ns per step
 THREADS_LENGTH: Final = 500.0  # m
+BUNDLED: Final = Path(__file__).parents[1] / "designs"
 GROUPS_PER_THREAD: Final = 8  # SIMD batches: few enough to be quick, enough to balance the threads
 PARAMETER_COUNT: Final = 15  # perturbed one by one, with the vehicle itself one SIMD batch of sixteen
 CALLS: Final = 10  # per timing, and factor of the repetitions: short runs are easily disturbed
@@ -39,6 +42,7 @@ def costs(jobs: int | None = None, repetitions: int = REPETITIONS) -> dict[str, 
     return {
         "scaling": thread_scaling(resolve_thread_count(jobs), repetitions=repetitions),
         "effects": effect_costs(repetitions=repetitions),
+        "forms": bundled_forms(),
         "comfort_ns_per_design_step": comfort_cost(repetitions=repetitions),
         "alone": single_design_times(repetitions=repetitions),
         **call_costs(repetitions),
@@ -94,6 +98,16 @@ def effect_costs(
         {"effects": kinds, "steps": taken, "ns_per_design_step": each, "over_none": each - ns[0]}
         for kinds, taken, each in zip(names, steps, ns, strict=True)
     ]
+
+
+def bundled_forms() -> dict[str, str]:
+    """Return the form of the kernel's rate of change that each bundled vehicle takes on a track with cross-level.
+
+    >>> bundled_forms()["test_bogie.yaml"] in ("bogie", "general")
+    True
+    """
+    models = {path.name: Model(load_design(path)) for path in sorted(BUNDLED.glob("*.yaml"))}
+    return {name: model.vehicles().form(model.single_batch()) for name, model in models.items()}
 
 
 def comfort_cost(designs: int = DESIGN_COUNT, length: float = TRACK_LENGTH, repetitions: int = REPETITIONS) -> float:

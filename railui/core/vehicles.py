@@ -146,6 +146,10 @@ class Vehicles:
             np.array(diverged),
         )
 
+    def form(self, batch: Batch, *, level: bool = False) -> str:
+        """Return the form that the kernel's rate of change takes on a track with cross-level, or `level`."""
+        return self._core.form(batch, level)
+
     def required_steps(self, batch: Batch, slowest: float, fastest: float, dt: float) -> list[int]:
         """Return the RK4 steps per sample of each vehicle between two speeds [m/s]; ValueError if too many."""
         return self._core.steps(batch, slowest, fastest, dt, MAX_STEPS_PER_SAMPLE)

@@ -5,6 +5,7 @@ use crate::integrate::comparison::{Filter, apply_sensors, as_rows, filtered};
 use crate::integrate::recorder::{Recorder, Series};
 use crate::integrate::ride_statistics::{RideSums, cascade};
 use crate::integrate::run::run;
+use crate::rate::forms::Choice;
 use crate::rate::input_table::InputTable;
 use crate::simd::{Dual, Job, LANES, Lanes, Part, Portable, dispatch, level};
 use crate::vehicle::group::{Group, STATES};
@@ -142,6 +143,13 @@ pub fn simulate(
     Ok((out, diverged))
 }
 
+/// The form that these vehicles take on a track with cross-level or without.
+pub fn form(vehicles: &VehicleBatch<'_>, is_level: bool) -> Result<&'static str> {
+    let some = LaneGroup { from: 0, live: vehicles.count.min(LANES) };
+    let group = vehicles.group(some, &[])?;
+    Ok(Choice::of(&group, is_level).name(&group))
+}
+
 /// The rate of change of every vehicle in its own state, [vehicle][state], under one row of the input table.
 pub fn rates(vehicles: &VehicleBatch<'_>, row: &[f64], states: &[f64]) -> Result<Vec<f64>> {
     expect_len("columns of the input row", row.len(), vehicles.structure.columns())?;
@@ -174,7 +182,7 @@ impl Job for Rates<'_> {
         for at in (0..LANES).step_by(P::WIDTH) {
             let x: [P; STATES] = std::array::from_fn(|i| P::load(&self.x[i], at));
             let mut dx = [P::zero(); STATES];
-            self.group.part(at).rate(self.row, &x, &mut dx);
+            self.group.part(at).rate(0, self.row, &x, &mut dx);
             for i in 0..self.group.states {
                 (if i < n { x[n + i] } else { dx[i] }).store(&mut out[i], at);
             }
@@ -204,7 +212,7 @@ fn jacobian_column(group: &Group, live: usize, row: &[f64], variable: usize) -> 
     x[variable].slope = Portable::splat(1.0);
     for at in (0..live).step_by(Portable::WIDTH) {
         let mut dx = [Dual::zero(); STATES];
-        group.part(at).rate(row, &x, &mut dx);
+        group.part(at).rate(0, row, &x, &mut dx);
         for (i, to) in column.iter_mut().enumerate() {
             (if i < n { x[n + i] } else { dx[i] }).slope.store(to, at);
         }

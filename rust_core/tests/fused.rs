@@ -59,9 +59,9 @@ fn differences(placed: Vec<Placed>, effects: &[f64], varying: f64, scale: f64, r
         .collect();
     let channels = ["e1", "psi2", "ay1", "ayf", "rf"].map(String::from);
     let fused = structure.group(&singles, &channels).expect("a group");
-    assert!(fused.plain.is_some(), "nothing was fused");
+    assert!(fused.suspension.is_some() || fused.contacts.is_some(), "nothing was fused");
     let mut general = fused.clone();
-    general.plain = None;
+    (general.plain, general.suspension, general.contacts) = (None, None, None);
     apart(&fused, &general, &table(&BOGIE, varying, if reduced { 0.0 } else { 2e-3 }))
 }
 
@@ -106,7 +106,12 @@ fn the_fused_bogie_is_the_general_one_lane_by_lane() {
         some.push(at("secondary_yaw", Law::Hysteresis, 2));
         some
     };
-    let cases: [Case; 9] = [
+    let any =
+        || vec![placed(Law::Polach, 1, 5), placed(Law::NonlinearConicity, 2, 1), at("frame", Law::SteadyForce, 1)];
+    let cases: [Case; 12] = [
+        ("a body above the frame", vec![at("secondary_lateral", Law::CoachMode, 3)], &[1.5e4, 2e5, 3e4], 5.0, 0.01),
+        ("any laws at the contacts", any(), &[0.3, 0.8, 0.4, 0.4, 0.6, 2e4, 500.0], 5.0, 0.01),
+        ("a rail that yields", vec![at("track", Law::RailFlexibility, 2)], &[2e7, 2e5], 5.0, 0.0),
         ("friction in a linear bogie", vec![at("secondary_lateral", Law::DryFriction, 2)], &[3e3, 5e-3], 5.0, 0.0),
         ("play and hysteresis", suspended(), &[0.2, 3e-3, 14.6e6, 3e-4, 2e6, 1e3], 5.0, 0.01),
         ("linear", vec![], &[], 0.0, 0.0),

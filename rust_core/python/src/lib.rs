@@ -407,6 +407,12 @@ impl Vehicle {
         ))
     }
 
+    /// The form that the rate of change takes, on a track without cross-level or with it.
+    fn form(&self, batch: Batch<'_>, level: bool) -> PyResult<&'static str> {
+        let rows = batch.rows()?;
+        railui_core::batch::form(&rows.of(&self.structure), level).map_err(to_py_error)
+    }
+
     /// RK4 steps per sample that each vehicle needs between two speeds.
     fn steps(
         &self,

@@ -244,6 +244,8 @@ pub fn first<const N: usize>(p: &[f64]) -> [f64; N] {
 pub trait Force: Effect {
     /// True if the law depends on the speed v.
     const SPEED: bool = true;
+    /// True of a force of the distance run alone: forms of the rate compute it once per row of the input table.
+    const OF_DISTANCE: bool = false;
     /// True of a stop: F = -k (z - clamp(z, h)) of the prepared numbers h, k. Forms of the rate that know stops compute it
     /// only where one is met.
     const STOP: bool = false;

@@ -16,6 +16,8 @@ pub type MeasuredForceOfDistance = CurveOf<Distance>;
 pub trait Abscissa {
     /// Is it the speed v?
     const SPEED: bool;
+    /// Is it the distance run?
+    const OF_DISTANCE: bool = false;
 
     fn of<P: Part>(z: P, v: P, s: f64) -> P;
 
@@ -55,6 +57,7 @@ impl Abscissa for Speed {
 
 impl Abscissa for Distance {
     const SPEED: bool = false;
+    const OF_DISTANCE: bool = true;
 
     #[inline(always)]
     fn of<P: Part>(_z: P, _v: P, s: f64) -> P {
@@ -115,6 +118,7 @@ impl<X: Abscissa> Effect for CurveOf<X> {
 
 impl<X: Abscissa> Force for CurveOf<X> {
     const SPEED: bool = X::SPEED;
+    const OF_DISTANCE: bool = X::OF_DISTANCE;
 
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, _x: P, _dx: &mut P) -> P {

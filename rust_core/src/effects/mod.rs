@@ -1,6 +1,7 @@
 //! The catalogue: every effect on one line, under what it acts on.
 mod polyline;
 pub mod effect;
+pub mod port;
 #[cfg(test)]
 mod laws;
 
@@ -125,6 +126,14 @@ macro_rules! catalogue {
                 match (self, word) {
                     $($((Law::$force, $default) => Ok(self),)? $((Law::$force, $word) => Ok(Law::$choice),)*)*
                     _ => Err(Error::Against { kind: self.record().key.into(), word: word.into() }),
+                }
+            }
+
+            /// True of a force of the distance run alone.
+            pub fn is_of_distance(self) -> bool {
+                match self {
+                    $(Law::$force => <$f::$force as Force>::OF_DISTANCE, $(Law::$choice => <$f::$choice as Force>::OF_DISTANCE,)*)*
+                    _ => false,
                 }
             }
 
@@ -275,6 +284,7 @@ pub struct PlacedLaw {
     /// All amounts are one: nothing to blend.
     pub acts_fully: bool,
     pub looks_at_speed: bool,
+    pub is_of_distance: bool,
 }
 
 impl PlacedLaw {
@@ -299,6 +309,7 @@ impl PlacedLaw {
             has_state: law.record().states > 0,
             acts_fully: alpha.0.iter().all(|a| *a == 1.0),
             looks_at_speed: law.looks_at_speed(),
+            is_of_distance: law.is_of_distance(),
         }
     }
 

@@ -42,6 +42,7 @@ impl Effect for RunOut {
 
 impl Force for RunOut {
     const SPEED: bool = false;
+    const OF_DISTANCE: bool = true;
 
     // F = F_0 sin(s/r_e + phase)
     #[inline(always)]

@@ -24,6 +24,7 @@ impl Effect for SteadyForce {
 
 impl Force for SteadyForce {
     const SPEED: bool = false;
+    const OF_DISTANCE: bool = true;
 
     // F = F_0
     #[inline(always)]

@@ -2,12 +2,10 @@
 use crate::error::{Error, Result};
 use crate::integrate::recorder::{CHECK_INTERVAL, Recorder};
 use crate::integrate::rk4::{Rk4Part, Rk4Stages};
-use crate::rate::coach;
-use crate::rate::forms::{Bogie, Form, Fused, General, Interleave, Rate};
+use crate::rate::forms::{Bogie, BogieOfAnyContact, Choice, Form, Fused, General, Interleave, Rate};
 use crate::rate::input_table::InputTable;
-use crate::simd::{Job, LANES, Lanes, Level, Part, dispatch, level};
+use crate::simd::{Job, LANES, Lanes, Part, dispatch, level};
 use crate::vehicle::group::Group;
-use crate::wheel_rail::contact::Contact;
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -60,10 +58,10 @@ impl<F: Form> Job for Along<'_, '_, F> {
             Interleave::Eights => self.0.lane_groups::<P, F>(LANES / 2),
             Interleave::Singles => self.0.lane_groups::<P::Single, F>(P::WIDTH),
             // AVX-512 has registers enough for two of each number: both are worked on in the same lines
-            Interleave::UnrolledRows if P::WIDTH == LANES && self.0.live > P::Single::WIDTH => {
+            Interleave::Straight if P::WIDTH == LANES && self.0.live > P::Single::WIDTH => {
                 self.0.lane_groups::<P, F>(LANES)
             }
-            Interleave::UnrolledRows => self.0.lane_groups::<P::Single, F>(P::WIDTH),
+            Interleave::Straight => self.0.lane_groups::<P::Single, F>(P::WIDTH),
         }
     }
 }
@@ -71,25 +69,18 @@ impl<F: Form> Job for Along<'_, '_, F> {
 impl Run<'_, '_> {
     /// In the form that fits the group.
     fn begin(self) {
-        let group = self.group;
-        if level() == Level::Portable {
-            return self.within::<General>();
-        }
-        if let Some(bogie) = &group.plain {
-            return match (bogie.laws, bogie.spin || !self.inputs.level, group.fully_plain().is_none()) {
-                (true, _, true) => self.within::<Bogie<true, true, true>>(),
-                (false, _, true) => self.within::<Bogie<false, true, true>>(),
-                (true, true, false) => self.within::<Bogie<true, true, false>>(),
-                (false, true, false) => self.within::<Bogie<false, true, false>>(),
-                (_, false, false) => self.within::<Bogie<true, false, false>>(),
-            };
-        }
-        let Some(contacts) = &group.contacts else { return self.within::<General>() };
-        match (group.touches(), coach::has_coach_structure(group) && contacts.iter().all(Contact::acts_fully)) {
-            (true, true) => self.within::<Fused<true, true>>(),
-            (true, false) => self.within::<Fused<true, false>>(),
-            (false, true) => self.within::<Fused<false, true>>(),
-            (false, false) => self.within::<Fused<false, false>>(),
+        match Choice::of(self.group, self.inputs.level) {
+            Choice::General => self.within::<General>(),
+            Choice::Bogie { laws: true, ports: true, .. } => self.within::<Bogie<true, true, true>>(),
+            Choice::Bogie { laws: false, ports: true, .. } => self.within::<Bogie<false, true, true>>(),
+            Choice::Bogie { spin: false, .. } => self.within::<Bogie<true, false, false>>(),
+            Choice::Bogie { laws: true, .. } => self.within::<Bogie<true, true, false>>(),
+            Choice::Bogie { laws: false, .. } => self.within::<Bogie<false, true, false>>(),
+            Choice::BogieOfAnyContact => self.within::<BogieOfAnyContact>(),
+            Choice::Fused { laws: true, coach: true } => self.within::<Fused<true, true>>(),
+            Choice::Fused { laws: true, coach: false } => self.within::<Fused<true, false>>(),
+            Choice::Fused { laws: false, coach: true } => self.within::<Fused<false, true>>(),
+            Choice::Fused { laws: false, coach: false } => self.within::<Fused<false, false>>(),
         }
     }
 
@@ -129,7 +120,7 @@ impl Run<'_, '_> {
             }
             for step in 0..if last { 1 } else { steps } {
                 let begin = 2 * (steps * k + step);
-                if let Interleave::UnrolledRows = F::INTERLEAVE {
+                if let Interleave::Straight = F::INTERLEAVE {
                     self.straight(parts, begin, last, (step == 0).then_some(k));
                     continue;
                 }

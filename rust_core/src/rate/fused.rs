@@ -3,13 +3,12 @@
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
 //! side by side with the next, divided by its mass; the springs that hold a wheelset itself joined with its gravitation;
 //! what the track alone does is summed once per row of the input table.
-use crate::effects::PlacedLaw;
+use crate::effects::port::Port;
+use crate::numeric::place::Place;
 use crate::rate::blocks::Row;
-use crate::rate::packed::Place;
 use crate::rate::suspension::{Suspension, TrackRows};
 use crate::simd::{LANES, Lanes, Part};
 use crate::vehicle::group::{Group, STATES};
-use crate::vehicle::port::Port;
 use crate::wheel_rail::contact::{AtSpeed, Contact, Displacement, Motion, under};
 
 /// A part of the lanes of a group.
@@ -43,13 +42,10 @@ struct Wheels<P> {
     slopes: P,
 }
 
-/// A stop whose deflection is an entry of dx, and the accelerations by its force. Contact is rare: only then
-/// anything is pushed.
+/// A stop whose deflection is an entry of dx. Contact is rare: only then it acts.
 struct Stop<'a, P> {
-    law: &'a PlacedLaw,
     gap: P,
-    alpha: P,
-    pushes: Vec<(usize, P)>,
+    port: Port<'a, P>,
 }
 
 /// Rounding leaves at most this share of the largest term of a row where equal and opposite springs cancel.
@@ -114,17 +110,15 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
     /// The laws at the suspensions; the rows of the stops' deflections go to `rows`.
     #[inline(always)]
     fn laws(group: &'a Group, at: usize, rows: &mut Vec<Row>) -> (Vec<Stop<'a, P>>, Vec<Port<'a, P>>) {
-        let part = |a: &Lanes| P::load(a, at);
         let (mut stops, mut ports) = (Vec::new(), Vec::new());
         for law in &group.forces {
-            let alpha = part(&law.alpha);
+            let port = Port::new(law, &law.pushes, group.dofs, &group.speed_scale, at);
             if law.law.is_stop() && law.inputs.is_empty() && stops.len() < group.dofs {
                 rows.push(([stops.len(), UNUSED_INDEX], law.row.clone()));
-                let pushes = law.pushes.iter().map(|(i, a)| (*i, part(a))).collect();
-                stops.push(Stop { law, gap: part(&law.lanes[0]), alpha, pushes });
-                continue;
+                stops.push(Stop { gap: P::load(&law.lanes[0], at), port });
+            } else {
+                ports.push(port);
             }
-            ports.push(Port::new(law, &law.pushes, &group.speed_scale, at));
         }
         (stops, ports)
     }
@@ -172,14 +166,13 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         }
         // a contact is a long chain: these rows fill the time that its square roots take
         self.suspension.bodies(x, &self.prepared, dx);
-        for (i, stop) in self.stops.iter().enumerate() {
-            let z = dx[i & 63];
-            if z.abs().any_from(stop.gap) {
-                self.push(stop, z, row, dx);
+        for (i, stop) in self.stops.iter_mut().enumerate() {
+            if dx[i & 63].abs().any_from(stop.gap) {
+                stop.port.act(index, row, x, dx);
             }
         }
-        for port in &self.ports {
-            port.act(self.group.dofs, row, x, dx);
+        for port in &mut self.ports {
+            port.act(index, row, x, dx);
         }
     }
 
@@ -195,17 +188,6 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
         let [a_y, a_psi] = contact.touch::<LAWS, true>(at_speed, &motion, &slip, factors, given);
         vy.put(dx, a_y);
         vpsi.put(dx, a_psi);
-    }
-
-    #[cold]
-    #[inline(always)]
-    fn push(&self, stop: &Stop<'_, P>, z: P, row: &[f64], dx: &mut [P; STATES]) {
-        let (none, law) = (P::zero(), stop.law);
-        let force = stop.alpha * law.law.force(law.numbers(self.at), z, none, row[0], none, &mut P::zero());
-        for (i, push) in &stop.pushes {
-            let at = (self.group.dofs + i) & 63;
-            dx[at] = push.mul_add(force, dx[at]);
-        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Sparse rows for one part of the lanes, made ready for the step loop: over the state, and over the input table.
+use crate::numeric::place::{Place, STATES};
 use crate::numeric::sparse_rows::COLUMNS;
 use crate::rate::blocks::{Block, Blocks, Row};
 use crate::simd::Part;
-use crate::vehicle::group::STATES;
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -224,30 +224,6 @@ impl<P: Part> Places<P> for Table {
     #[inline(always)]
     fn at(row: &[f64], offset: u32) -> P {
         P::splat(row[offset as usize / size_of::<f64>()])
-    }
-}
-
-/// A place of a state, ready to be read.
-#[derive(Clone, Copy, Debug)]
-pub struct Place<P>(u32, PhantomData<P>);
-
-impl<P: Part> Place<P> {
-    /// Panics from [`STATES`] on.
-    pub fn new(index: usize) -> Self {
-        assert!(index < STATES, "a place that is not there");
-        Place((index * size_of::<P>()) as u32, PhantomData)
-    }
-
-    #[inline(always)]
-    pub fn of(self, x: &[P; STATES]) -> P {
-        // SAFETY: a place is made below STATES alone; an index would have to be masked and shifted
-        unsafe { *x.as_ptr().byte_add(self.0 as usize) }
-    }
-
-    #[inline(always)]
-    pub fn put(self, x: &mut [P; STATES], value: P) {
-        // SAFETY: as above
-        unsafe { *x.as_mut_ptr().byte_add(self.0 as usize) = value }
     }
 }
 

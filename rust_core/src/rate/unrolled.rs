@@ -1,8 +1,8 @@
 //! Rows at columns that are known when compiled: products without index look-up.
+use crate::numeric::place::STATES;
 use crate::numeric::sparse_rows::COLUMNS;
 use crate::rate::blocks::Row;
 use crate::simd::{Lanes, Part};
-use crate::vehicle::group::STATES;
 
 /// A place of the state, or a column of the input table (see `packed::Table::moved`); below zero: the opposite of what
 /// is there.

@@ -1,10 +1,10 @@
 //! Parts of one register: AVX2 and AVX-512.
-use super::{LANES, Lanes, MAGIC, Part};
+use super::{LANES, Lanes, MAGIC, Part, Work};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 macro_rules! intel {
-    ($name:ident, $reg:ty, $width:expr, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident,
+    ($name:ident, $features:tt, $reg:ty, $width:expr, $set1:ident, $load:ident, $store:ident, $add:ident, $sub:ident, $mul:ident,
      $div:ident, $fma:ident, $fnma:ident, $min:ident, $max:ident, $sqrt:ident) => {
         #[derive(Clone, Copy)]
         pub struct $name($reg);
@@ -50,6 +50,15 @@ macro_rules! intel {
         impl Part for $name {
             const WIDTH: usize = $width;
             type Single = Self;
+            #[inline(always)]
+            fn out_of_line(work: impl Work) {
+                #[inline(never)]
+                #[target_feature(enable = $features)]
+                unsafe fn apart(work: impl Work) {
+                    work.run();
+                }
+                unsafe { apart(work) }
+            }
             #[inline(always)]
             fn splat(x: f64) -> Self {
                 $name(unsafe { $set1(x) })
@@ -160,6 +169,7 @@ macro_rules! intel_bits {
 
 intel!(
     V3,
+    "avx2,fma",
     __m256d,
     4,
     _mm256_set1_pd,
@@ -177,6 +187,7 @@ intel!(
 );
 intel!(
     V4,
+    "avx512f,avx512dq,avx2,fma",
     __m512d,
     8,
     _mm512_set1_pd,

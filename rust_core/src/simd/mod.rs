@@ -67,6 +67,11 @@ macro_rules! coefficients {
 }
 pub(crate) use coefficients;
 
+/// Work that is compiled once for a kind of part. `run` must be `#[inline(always)]`, and all it calls too.
+pub trait Work {
+    fn run(self);
+}
+
 /// A few lanes at once, as wide as the machine takes them.
 pub trait Part:
     Copy + 'static + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
@@ -98,6 +103,12 @@ pub trait Part:
     fn round(self) -> Self;
     /// 2^self for a whole number between -1000 and 1000.
     fn exp2_whole(self) -> Self;
+
+    /// Runs work that would only swell the forms of the step loop if each had a copy.
+    #[inline(always)]
+    fn out_of_line(work: impl Work) {
+        work.run();
+    }
 
     #[inline(always)]
     fn zero() -> Self {

@@ -1,5 +1,5 @@
 //! Two registers per number.
-use super::{Lanes, Part};
+use super::{Lanes, Part, Work};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Two narrow parts as one: independent work to fill the latency of each other.
@@ -33,6 +33,10 @@ impl<P: Part> Neg for Pair<P> {
 impl<P: Part<Single = P>> Part for Pair<P> {
     const WIDTH: usize = 2 * P::WIDTH;
     type Single = P;
+    #[inline(always)]
+    fn out_of_line(work: impl Work) {
+        P::out_of_line(work);
+    }
     #[inline(always)]
     fn splat(x: f64) -> Self {
         Pair(P::splat(x), P::splat(x))

@@ -9,7 +9,7 @@ use crate::vehicle::assembly::{Assembly, Channel, Driven, Order, OwnLaw};
 use crate::vehicle::channels::{Guiding, Reading};
 use crate::vehicle::group::{Group, STATES};
 use crate::vehicle::kinds::VehicleKind;
-use crate::vehicle::plain_bogie::PlainBogie;
+use crate::vehicle::plain_bogie::{DOFS, PlainBogie, Suspension};
 use crate::vehicle::structure::{Placed, Single, Structure, contact_site};
 use crate::wheel_rail::contact::{Contact, ContactNumbers, NO_LIMIT};
 use crate::wheel_rail::wheelset::{RailLanes, WheelsetLanes};
@@ -64,12 +64,13 @@ impl Structure {
 
     /// A rate of change in one piece, where the structure has one.
     fn fuse(&self, group: &mut Group, all: &SixteenVehicles<'_>) {
-        let Some(contacts) = all.plain_contacts(group) else { return };
-        if matches!(self.kind, VehicleKind::Bogie) && group.dofs == 6 && !group.matrix.is_driven() {
-            let Group { matrix, inv_mass, speed_scale, .. } = &*group;
-            group.plain = Some(PlainBogie::new(matrix, inv_mass, &contacts, group.touches(), speed_scale));
-        } else if self.kind.layout().is_some() {
-            group.contacts = Some(contacts);
+        let contacts = all.plain_contacts(group);
+        if matches!(self.kind, VehicleKind::Bogie) && group.dofs == DOFS && !group.matrix.is_driven() {
+            let suspension = Suspension::new(&group.matrix, &group.inv_mass);
+            let plain = |contacts: Vec<_>| PlainBogie::new(suspension, &contacts, group.touches(), &group.speed_scale);
+            (group.plain, group.suspension) = (contacts.map(plain), Some(suspension));
+        } else if !matches!(self.kind, VehicleKind::Rig(_)) {
+            group.contacts = contacts;
         }
     }
 
@@ -165,6 +166,7 @@ impl SixteenVehicles<'_> {
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / speed_scale.0[l]),
             limit: first.limit,
             plain: None,
+            suspension: None,
             contacts: None,
             clamped_states: Vec::new(),
             leaning: Vec::new(),

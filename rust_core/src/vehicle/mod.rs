@@ -6,7 +6,6 @@ pub mod bodies;
 pub mod kinds;
 pub mod plain_bogie;
 pub mod channels;
-pub mod port;
 pub mod group;
 pub mod structure;
 pub mod grouping;

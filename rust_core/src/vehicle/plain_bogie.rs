@@ -1,7 +1,27 @@
 //! The plain bogie fused: suspension and both contacts in one rate, (3.1)-(3.10) of Broersen (1976).
+use crate::numeric::place::STATES;
 use crate::numeric::sparse_rows::Rows;
-use crate::simd::{Lanes, Part};
+use crate::simd::{Lanes, Part, coefficients};
 use crate::wheel_rail::contact::{AtSpeed, Contact, Displacement, Motion, under};
+
+coefficients! {
+    /// The suspension of a bogie: accelerations per deflection and speed, the ten different terms of its rows.
+    pub struct Suspension {
+        /// Of the wheelsets and of the frame by the primary suspension.
+        pull,
+        frame_pull,
+        turn,
+        frame_turn,
+        frame_lever,
+        /// Of the wheelsets per yaw of the frame, by the lever a.
+        pull_a,
+        /// Of the frame by its own motion: lateral and yaw.
+        stiffness,
+        damping,
+        yaw_stiffness,
+        yaw_damping,
+    }
+}
 
 /// Sixteen bogies, or a part of them, whose effects are saturation and flange contact.
 #[derive(Clone, Debug)]
@@ -10,15 +30,7 @@ pub struct PlainBogie<T> {
     pub laws: bool,
     /// Has a wheelset roll, spin creep, a contact angle that matters or gyroscopic moments anywhere?
     pub spin: bool,
-    /// Accelerations per deflection: of the wheelset and of the frame by the primary suspension.
-    pull: T,
-    frame_pull: T,
-    turn: T,
-    frame_turn: T,
-    frame_lever: T,
-    secondary: [T; 4],
-    /// Of the wheelsets per yaw of the frame, by the lever a.
-    pull_a: T,
+    pub suspension: Suspension<T>,
     contacts: [Contact<T>; 2],
     speed_scale: T,
     inv_speed_scale: T,
@@ -44,7 +56,8 @@ struct PreparedRow<P> {
     push: P,
 }
 
-/// Degrees of freedom: of the frame, and of the leading wheelset.
+/// Degrees of freedom, and those of the frame and of the leading wheelset.
+pub const DOFS: usize = 6;
 const Y: usize = 0;
 const PSI: usize = 1;
 const Y_1: usize = 2;
@@ -55,34 +68,58 @@ const COLUMNS: [usize; 2] = [2, 7];
 pub const BOGIE_COLUMNS: usize = 14;
 pub const CROSS_LEVEL: [usize; 4] = [4, 5, 9, 10];
 
-impl PlainBogie<Lanes> {
-    /// From the assembled rows of sixteen bogies and their contacts, with or without laws at these.
-    pub fn new(
-        matrix: &Rows,
-        inv_mass: &[Lanes],
-        contacts: &[Contact<Lanes>],
-        laws: bool,
-        speed_scale: &Lanes,
-    ) -> Self {
+impl Suspension<Lanes> {
+    /// From the assembled rows of sixteen bogies.
+    pub fn new(matrix: &Rows, inv_mass: &[Lanes]) -> Self {
         // accelerations of one degree of freedom per unit of a state
         let of = |dof: usize, state: usize| {
             let term = matrix.state_of(dof).find(|(place, _)| *place == state);
             Lanes::from_fn(|l| term.map_or(0.0, |(_, a)| a.0[l] * inv_mass[dof].0[l]))
         };
         let minus = |a: Lanes| Lanes(a.0.map(|a| -a));
-        let (pull, turn) = (of(Y_1, Y), of(PSI_1, PSI));
-        let contact = |i: usize| contacts[i].with_springs(&pull, &turn);
+        Suspension {
+            pull: of(Y_1, Y),
+            frame_pull: of(Y, Y_1),
+            turn: of(PSI_1, PSI),
+            frame_turn: of(PSI, PSI_1),
+            frame_lever: of(PSI, Y_1),
+            pull_a: of(Y_1, PSI),
+            stiffness: minus(of(Y, Y)),
+            damping: minus(of(Y, DOFS + Y)),
+            yaw_stiffness: minus(of(PSI, PSI)),
+            yaw_damping: minus(of(PSI, DOFS + PSI)),
+        }
+    }
+}
+
+impl<P: Part> Suspension<P> {
+    /// Of a wheelset by its own motion, opposite to it: lateral, yaw.
+    #[inline(always)]
+    pub fn own(&self) -> [P; 2] {
+        [self.pull, self.turn]
+    }
+
+    /// dx of the frame, and accelerations of the wheelsets by its motion: lateral, yaw.
+    #[inline(always)]
+    pub fn accelerate(&self, x: &[P; STATES], dx: &mut [P; STATES]) -> [[P; 2]; 2] {
+        let by_y = self.frame_pull * (x[2] + x[4]);
+        dx[6] = self.damping.neg_mul_add(x[6], self.stiffness.neg_mul_add(x[0], by_y));
+        let turning = self.frame_lever.mul_add(x[2] - x[4], self.frame_turn * (x[3] + x[5]));
+        dx[7] = self.yaw_damping.neg_mul_add(x[7], self.yaw_stiffness.neg_mul_add(x[1], turning));
+        let (pull, turn) = (self.pull * x[0], self.turn * x[1]);
+        [[self.pull_a.mul_add(x[1], pull), turn], [self.pull_a.neg_mul_add(x[1], pull), turn]]
+    }
+}
+
+impl PlainBogie<Lanes> {
+    /// From the suspension of sixteen bogies and their contacts, with or without laws at these.
+    pub fn new(suspension: Suspension<Lanes>, contacts: &[Contact<Lanes>], laws: bool, speed_scale: &Lanes) -> Self {
+        let contact = |i: usize| contacts[i].with_springs(&suspension.pull, &suspension.turn);
         PlainBogie {
             laws,
             spin: !contacts.iter().all(Contact::creeps_alike),
-            pull,
-            pull_a: of(Y_1, PSI),
-            frame_pull: of(Y, Y_1),
-            turn,
-            frame_turn: of(PSI, PSI_1),
-            frame_lever: of(PSI, Y_1),
-            secondary: [of(Y, Y), of(Y, inv_mass.len() + Y), of(PSI, PSI), of(PSI, inv_mass.len() + PSI)].map(minus),
             contacts: [contact(0), contact(1)],
+            suspension,
             speed_scale: *speed_scale,
             inv_speed_scale: Lanes::from_fn(|l| 1.0 / speed_scale.0[l]),
         }
@@ -96,22 +133,14 @@ impl PlainBogie<Lanes> {
     /// The lanes from `at` on, with the constants of a rate with or without `SPIN`.
     #[inline(always)]
     pub fn part<P: Part, const SPIN: bool>(&self, at: usize) -> PlainBogie<P> {
-        let g = |l: &Lanes| P::load(l, at);
         let contact = |c: &Contact<Lanes>| if SPIN { c.part(at) } else { c.part(at).alike() };
-        let [c_y, k_y, c_psi, k_psi] = &self.secondary;
         PlainBogie {
             laws: self.laws,
             spin: self.spin,
-            pull: g(&self.pull),
-            pull_a: g(&self.pull_a),
-            frame_pull: g(&self.frame_pull),
-            turn: g(&self.turn),
-            frame_turn: g(&self.frame_turn),
-            frame_lever: g(&self.frame_lever),
-            secondary: [g(c_y), g(k_y), g(c_psi), g(k_psi)],
+            suspension: self.suspension.part(at),
             contacts: [contact(&self.contacts[0]), contact(&self.contacts[1])],
-            speed_scale: g(&self.speed_scale),
-            inv_speed_scale: g(&self.inv_speed_scale),
+            speed_scale: P::load(&self.speed_scale, at),
+            inv_speed_scale: P::load(&self.inv_speed_scale, at),
         }
     }
 }
@@ -146,7 +175,7 @@ impl<P: Part> PlainBogie<P> {
             if SPIN {
                 (line, push, slopes) = (w.line(&track), w.gravity * track[2], w.by_slopes(&track));
             }
-            push = self.pull.neg_mul_add(line, push);
+            push = self.suspension.pull.neg_mul_add(line, push);
             at.prepared[i] = PreparedRow { line, slopes, push };
         }
     }
@@ -161,8 +190,8 @@ impl<P: Part> PlainBogie<P> {
         index: usize,
         row: &[f64],
         at: &mut BogieAtSpeed<P>,
-        x: &[P; 64],
-        dx: &mut [P; 64],
+        x: &[P; STATES],
+        dx: &mut [P; STATES],
     ) {
         if index != at.prepared_at {
             self.prepare_row::<SPIN>(index, row, at);
@@ -177,16 +206,10 @@ impl<P: Part> PlainBogie<P> {
         let factors_1 = leading.factors::<LAWS, WHOLE, SPIN>(&slip_1);
         let factors_2 = trailing.factors::<LAWS, WHOLE, SPIN>(&slip_2);
 
-        let [c_y, k_y, c_psi, k_psi] = &self.secondary;
-        dx[6] = k_y.neg_mul_add(x[6], c_y.neg_mul_add(x[0], self.frame_pull * (x[2] + x[4])));
-        let turning = self.frame_lever.mul_add(x[2] - x[4], self.frame_turn * (x[3] + x[5]));
-        dx[7] = k_psi.neg_mul_add(x[7], c_psi.neg_mul_add(x[1], turning));
-
-        let pull = self.pull * x[0];
-        let turn = self.turn * x[1];
-        let a_y = self.pull_a.mul_add(x[1], pull) + prepared_1.push;
-        [dx[8], dx[9]] = leading.touch::<LAWS, SPIN>(by_1, &m_1, &slip_1, factors_1, [a_y, turn]);
-        let a_y = self.pull_a.neg_mul_add(x[1], pull) + prepared_2.push;
-        [dx[10], dx[11]] = trailing.touch::<LAWS, SPIN>(by_2, &m_2, &slip_2, factors_2, [a_y, turn]);
+        let [[a_y1, turn_1], [a_y2, turn_2]] = self.suspension.accelerate(x, dx);
+        let given = [a_y1 + prepared_1.push, turn_1];
+        [dx[8], dx[9]] = leading.touch::<LAWS, SPIN>(by_1, &m_1, &slip_1, factors_1, given);
+        let given = [a_y2 + prepared_2.push, turn_2];
+        [dx[10], dx[11]] = trailing.touch::<LAWS, SPIN>(by_2, &m_2, &slip_2, factors_2, given);
     }
 }
