@@ -10,22 +10,22 @@ use crate::simd::{Dual, Lanes, Part, Portable};
 use effect::{Creep, Creeping, Effect, Flanging, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
 
 macro_rules! catalogue {
-    (force { $($f:ident::$force:ident $(= $default:literal)? $(| $choice:ident = $word:literal)*,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
+    (force { $($(#[$condition:meta])* $f:ident::$force:ident $(= $default:literal)? $(| $choice:ident = $word:literal)*,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
      other { $($o:ident::$other:ident,)* }) => {
-        $(pub mod $f;)* $(pub mod $c;)* $(pub mod $r;)* $(pub mod $o;)*
+        $($(#[$condition])* pub mod $f;)* $(pub mod $c;)* $(pub mod $r;)* $(pub mod $o;)*
 
         /// An effect of the catalogue; one that leaves a choice is a law of its own for each, so that no lane chooses.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub enum Law { $($force, $($choice,)*)* $($creep,)* $($roll,)* $($other,)* }
+        pub enum Law { $($(#[$condition])* $force, $($choice,)*)* $($creep,)* $($roll,)* $($other,)* }
 
         /// All of them, in the order of the list, each once: by its default where there is a choice.
-        pub const CATALOGUE: &[Law] = &[$(Law::$force,)* $(Law::$creep,)* $(Law::$roll,)* $(Law::$other,)*];
+        pub const CATALOGUE: &[Law] = &[$($(#[$condition])* Law::$force,)* $(Law::$creep,)* $(Law::$roll,)* $(Law::$other,)*];
 
         impl Law {
             /// Record of the law.
             pub fn record(self) -> &'static Record {
                 match self {
-                    $(Law::$force => &<$f::$force as Effect>::RECORD, $(Law::$choice => &<$f::$choice as Effect>::RECORD,)*)*
+                    $($(#[$condition])* Law::$force => &<$f::$force as Effect>::RECORD, $(Law::$choice => &<$f::$choice as Effect>::RECORD,)*)*
                     $(Law::$creep => &<$c::$creep as Effect>::RECORD,)*
                     $(Law::$roll => &<$r::$roll as Effect>::RECORD,)*
                     $(Law::$other => &<$o::$other as Effect>::RECORD,)*
@@ -35,7 +35,7 @@ macro_rules! catalogue {
             /// Its numbers made ready for the lanes.
             pub fn prepare(self, p: &[f64], site: &Site) -> Vec<f64> {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::prepare(p, site), $(Law::$choice => <$f::$choice as Effect>::prepare(p, site),)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Effect>::prepare(p, site), $(Law::$choice => <$f::$choice as Effect>::prepare(p, site),)*)*
                     $(Law::$creep => <$c::$creep as Effect>::prepare(p, site),)*
                     $(Law::$roll => <$r::$roll as Effect>::prepare(p, site),)*
                     $(Law::$other => <$o::$other as Effect>::prepare(p, site),)*
@@ -45,7 +45,7 @@ macro_rules! catalogue {
             /// Do as many numbers as these describe it?
             pub fn counts(self, p: &[f64]) -> bool {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::counts(p), $(Law::$choice => <$f::$choice as Effect>::counts(p),)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Effect>::counts(p), $(Law::$choice => <$f::$choice as Effect>::counts(p),)*)*
                     $(Law::$creep => <$c::$creep as Effect>::counts(p),)*
                     $(Law::$roll => <$r::$roll as Effect>::counts(p),)*
                     $(Law::$other => <$o::$other as Effect>::counts(p),)*
@@ -55,7 +55,7 @@ macro_rules! catalogue {
             /// Its steepest slopes at a place, for the step size.
             pub fn steepest_slopes(self, p: &[f64], site: &Site) -> Slopes {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::steepest_slopes(p, site), $(Law::$choice => <$f::$choice as Effect>::steepest_slopes(p, site),)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Effect>::steepest_slopes(p, site), $(Law::$choice => <$f::$choice as Effect>::steepest_slopes(p, site),)*)*
                     $(Law::$creep => <$c::$creep as Effect>::steepest_slopes(p, site),)*
                     $(Law::$roll => <$r::$roll as Effect>::steepest_slopes(p, site),)*
                     $(Law::$other => <$o::$other as Effect>::steepest_slopes(p, site),)*
@@ -65,7 +65,7 @@ macro_rules! catalogue {
             /// Limit of the magnitude of its own state, where there is one.
             pub fn largest(self, p: &[f64]) -> Option<f64> {
                 match self {
-                    $(Law::$force => <$f::$force as Effect>::largest(p), $(Law::$choice => <$f::$choice as Effect>::largest(p),)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Effect>::largest(p), $(Law::$choice => <$f::$choice as Effect>::largest(p),)*)*
                     _ => None,
                 }
             }
@@ -74,7 +74,7 @@ macro_rules! catalogue {
             #[inline(always)]
             pub fn force<P: Part>(self, p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::force(p, z, v, s, x, dx), $(Law::$choice => <$f::$choice as Force>::force(p, z, v, s, x, dx),)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Force>::force(p, z, v, s, x, dx), $(Law::$choice => <$f::$choice as Force>::force(p, z, v, s, x, dx),)*)*
                     _ => P::zero(),
                 }
             }
@@ -83,7 +83,7 @@ macro_rules! catalogue {
             #[inline(always)]
             pub fn at_contact<P: Part>(self, p: Numbers<'_>, e: P, v: P, s: f64, gauge: f64) -> P {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::at_contact(p, e, v, s, gauge), $(Law::$choice => <$f::$choice as Force>::at_contact(p, e, v, s, gauge),)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Force>::at_contact(p, e, v, s, gauge), $(Law::$choice => <$f::$choice as Force>::at_contact(p, e, v, s, gauge),)*)*
                     _ => P::zero(),
                 }
             }
@@ -92,7 +92,7 @@ macro_rules! catalogue {
             #[inline(always)]
             pub fn friction<P: Part>(self, p: Numbers<'_>, of: &Flanging<P>) -> ([P; 2], P) {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::friction(p, of), $(Law::$choice => <$f::$choice as Force>::friction(p, of),)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Force>::friction(p, of), $(Law::$choice => <$f::$choice as Force>::friction(p, of),)*)*
                     _ => ([P::zero(); 2], P::zero()),
                 }
             }
@@ -100,7 +100,7 @@ macro_rules! catalogue {
             /// Does it slide with friction at a contact?
             pub fn slides(self, p: &[f64]) -> bool {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::slides(p), $(Law::$choice => <$f::$choice as Force>::slides(p),)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Force>::slides(p), $(Law::$choice => <$f::$choice as Force>::slides(p),)*)*
                     _ => false,
                 }
             }
@@ -108,7 +108,7 @@ macro_rules! catalogue {
             /// Is it a stop: a spring beyond a clearance?
             pub fn is_stop(self) -> bool {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::STOP, $(Law::$choice => <$f::$choice as Force>::STOP,)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Force>::STOP, $(Law::$choice => <$f::$choice as Force>::STOP,)*)*
                     _ => false,
                 }
             }
@@ -132,7 +132,7 @@ macro_rules! catalogue {
             /// True of a force of the distance run alone.
             pub fn is_of_distance(self) -> bool {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::OF_DISTANCE, $(Law::$choice => <$f::$choice as Force>::OF_DISTANCE,)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Force>::OF_DISTANCE, $(Law::$choice => <$f::$choice as Force>::OF_DISTANCE,)*)*
                     _ => false,
                 }
             }
@@ -140,7 +140,7 @@ macro_rules! catalogue {
             /// True if the law depends on the speed.
             pub fn looks_at_speed(self) -> bool {
                 match self {
-                    $(Law::$force => <$f::$force as Force>::SPEED, $(Law::$choice => <$f::$choice as Force>::SPEED,)*)*
+                    $($(#[$condition])* Law::$force => <$f::$force as Force>::SPEED, $(Law::$choice => <$f::$choice as Force>::SPEED,)*)*
                     _ => false,
                 }
             }
@@ -182,6 +182,9 @@ catalogue! {
         flange_contact::FlangeContact | FlangeContactInGauge = "gauge",
         run_out::RunOut,
         steady_force::SteadyForce,
+        // a law outside of this folder: see build.rs
+        #[cfg(more_effects)]
+        more::More,
         measured_force::MeasuredForce = "z" | MeasuredForceOfSpeed = "v" | MeasuredForceOfDistance = "s",
     }
     creep {
