@@ -151,7 +151,10 @@ class ScreeningFits:
         elements = [
             s
             for s in scores.best
-            if s.candidate not in known and is_linear(s.candidate) and not self._is_any(s.candidate, estimated)
+            if s.candidate not in known
+            and is_linear(s.candidate)
+            and s.unabsorbed_share <= self.settings.max_unabsorbed_share
+            and not self._is_any(s.candidate, estimated)
         ]
         started = zip(elements, self._map(self._start_element, elements), strict=True)
         limit = self.settings.give_up_ratio * self.least_rss

@@ -166,6 +166,14 @@ class StepwiseSelection:
         """True where so little is left beyond noise that no further effect can gain enough."""
         return stage.validation.nrmse <= self.settings.adequate_ratio * floor.nrmse
 
+    def _is_unstructured(self, path: _Path) -> bool:
+        """True where accepted effects leave a residual without structure, and little of it."""
+        further = path.steps[path.accepted :]
+        if not path.accepted or not further or has_structure(self.context.settings.score_test, further[0].score_test):
+            return False
+        nrmse = path.stages[path.accepted].validation.nrmse
+        return nrmse <= self.settings.unexplained_ratio * path.floor.nrmse
+
     def _with_pair(self, path: _Path) -> _Path | None:
         """Look for a pair of effects where single ones leave a structure; None where none gains, or nothing is left.
 
@@ -173,7 +181,7 @@ class StepwiseSelection:
         at are noted in the steps.
         """
         accepted = path.stages[path.accepted]
-        if self._is_adequate(accepted, path.floor) or self.context.is_out_of_time:
+        if self._is_adequate(accepted, path.floor) or self.context.is_out_of_time or self._is_unstructured(path):
             return None
         freed = self.rivals.freed_groups(accepted.fit).validation
         if freed is not None and freed.nrmse <= self.settings.adequate_ratio * path.floor.nrmse:

@@ -1,4 +1,4 @@
-"""Stepwise selection: a refit next to which the vehicle diverges is left out."""
+"""Stepwise selection: refits next to which the vehicle diverges, and residuals in which no pair is sought."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railui.identification.estimation.problem import DivergedError
-from railui.identification.structure.stepwise import StepwiseSelection
+from railui.identification.structure.stepwise import StepwiseSelection, _Path
 from tests.blind.simulated import simulated_campaign
 
 
@@ -29,3 +29,23 @@ def test_the_best_refit_that_can_be_fitted_once_more_is_taken(monkeypatch, diver
     monkeypatch.setattr(StepwiseSelection, "_final_fit", final_fit)
     found = StepwiseSelection(simulated_campaign().context)._fitted_once_more(refits)
     assert (None if found is None else found[0]) is (None if taken is None else refits[taken])
+
+
+def scores(rho2: float) -> SimpleNamespace:
+    return SimpleNamespace(rho2=rho2, p=0.0005)
+
+
+@pytest.mark.parametrize(
+    ("accepted", "left", "nrmse", "ends"),
+    [
+        (1, 0.005, 0.12, True),  # 1.2 times the floor, without structure
+        (1, 0.2, 0.12, False),  # with structure
+        (1, 0.005, 0.16, False),  # too much is left
+        (0, 0.005, 0.12, False),  # no effect yet
+    ],
+)
+def test_no_pair_is_sought_where_effects_leave_little_and_no_structure(accepted, left, nrmse, ends):
+    steps = [SimpleNamespace(score_test=scores(0.8))] * accepted + [SimpleNamespace(score_test=scores(left))]
+    stages = [SimpleNamespace(validation=SimpleNamespace(nrmse=nrmse))] * (accepted + 1)
+    path = _Path(steps, stages, accepted, SimpleNamespace(nrmse=0.1), SimpleNamespace())
+    assert StepwiseSelection(simulated_campaign().context)._is_unstructured(path) is ends

@@ -1,0 +1,27 @@
+"""Screening: springs and dampers are fitted from the nominal model where the estimated parameters absorb them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.structure.candidates import Candidate
+from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.screening import ScreeningFits
+from railui.identification.structure.stepwise import NO_SCORE_TEST
+from tests.blind.simulated import simulated_campaign
+
+
+@pytest.mark.parametrize(("share", "fitted"), [(0.01, ["primary_yaw"]), (0.5, [])])
+def test_an_element_that_the_parameters_do_not_absorb_is_left_to_the_score_test(monkeypatch, share, fitted):
+    context = replace(simulated_campaign().context, jobs=1)
+    screening = ScreeningFits(context, calibrate(context))
+    spring = Candidate("spring", "primary_yaw", None, ({"stiffness": 1e6},))
+    result = ScoreResult(spring, 0, 0.1, 0.1, np.zeros(4), 1.0, unabsorbed_share=share)
+    started = []
+    monkeypatch.setattr(ScreeningFits, "_start_element", lambda self, s: started.append(s.candidate.at))
+    screening.fit_absorbed_elements(replace(NO_SCORE_TEST, best=(result,)), [])
+    assert started == fitted
