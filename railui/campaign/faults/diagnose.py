@@ -14,8 +14,10 @@ from railui.campaign.dataset import Dataset
 from railui.campaign.faults.cross_level import has_reversed_cross_level
 from railui.campaign.faults.fault import Diagnosis, Fault, ordered
 from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
-from railui.campaign.faults.merge import merged_faults
+from railui.campaign.faults.merge import hypothesis_fault, merged_faults
 from railui.campaign.faults.nominal import ModelAgreement, compare_with_nominal, contradicted
+from railui.campaign.faults.response import ResponseConsistency, find_response_fault
+from railui.campaign.faults.response_spectra import response_spectra, vehicle_rows
 from railui.campaign.faults.search import FaultSearch, Transform
 from railui.campaign.faults.spectra import RunSpectra, run_spectra
 from railui.campaign.faults.waveform import waveform_faults
@@ -29,13 +31,14 @@ from railui.vehicle.track_geometry import track_geometry
 FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, for any vehicle
 NAMED_UNITS = {"m/s^2": {"g": 1.0 / G}, "rad/s": {"deg/s": RADIAN}, "rad": {"deg": RADIAN}}  # gain where SI is stated
 TRACK_COLUMNS = ("yw", "phiw")
+RESPONSE = "response to the track of vehicles about the nominal model"
 
 
 def diagnose(dataset: Dataset) -> Diagnosis:
     """Find the smallest set of faulty channels that explains all contradictions of the data.
 
     The kinematic relations between the channels decide, which hold for any vehicle; samples of single channels show
-    clipping, dropouts and hum; the nominal model decides signs and units of accelerations that are in no relation.
+    clipping, dropouts and hum; where no relation includes the track, the response of the vehicle to it decides.
 
     Parameters
     ----------
@@ -62,6 +65,7 @@ def diagnose(dataset: Dataset) -> Diagnosis:
     faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
     faults = [_with_named_unit(_unresolved(f, searches), dataset) for f in faults]
     if is_on_track:
+        faults += _faults_by_response(dataset, runs, faults)
         faults += _faults_against_model(dataset, runs, faults)
         faults += _reversed_cross_level(dataset, runs, faults)
     return ordered([*faults, *waveform])
@@ -140,6 +144,37 @@ def _with_named_unit(fault: Fault, dataset: Dataset) -> Fault:
     return replace(fault, corrections=Corrections(channels))
 
 
+def _has_wheelset_displacement(segment: Segment) -> bool:
+    return any(re.fullmatch(r"e\d+", c) for c in segment.channels)
+
+
+def _faults_by_response(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
+    """Find faults of a bogie without relation to the track, one after another, by its response to the track."""
+    segments = [max(parts, key=lambda s: s.samples) for parts in runs.values()]
+    segments = [s for s in segments if s.kind == "bogie" and not s.is_free and not _has_wheelset_displacement(s)]
+    names = [c for c in FOLLOWING if all(c in s.columns for s in segments)]
+    if not segments or not names:
+        return []
+    settings, (wheelbase, radius) = dataset.campaign.settings.faults, _geometry(dataset)
+    model = Model(dataset.campaign.design, dataset.campaign.sensors)
+    rows = vehicle_rows(settings, model, dataset.campaign.estimated_parameters)
+    found: list[Fault] = []  # with gains in the place of named units, which only reading applies
+    while len(found) < settings.max_faults:
+        corrections = ordered([*faults, *found]).corrections
+        corrected = [corrected_segment(s, corrections, wheelbase) for s in segments]
+        spectra = [response_spectra(model, rows, s, names, wheelbase, radius) for s in corrected]
+        usable = [s for s in spectra if s is not None]
+        best = find_response_fault(ResponseConsistency(usable, names), settings) if usable else None
+        if best is None:
+            break
+        alternatives = tuple(yaml_line(h.corrections()) for h in best.alternatives)
+        fault = hypothesis_fault(best.hypothesis, tuple(runs), False, alternatives, None, settings)
+        found.append(replace(fault, text=f"{fault.text} (by the {RESPONSE})"))
+        if not fault.corrections or alternatives:
+            break
+    return [_with_named_unit(fault, dataset) for fault in found]
+
+
 def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
     """Find signs and units that only the nominal model can decide: of accelerations without a relation to the track."""
     model = Model(dataset.campaign.design, dataset.campaign.sensors)
@@ -148,8 +183,8 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
     corrections = ordered(faults).corrections
     wheelbase = _geometry(dataset)[0]
     for name, segments in runs.items():
-        if any(c.startswith("e") and c[1:].isdigit() for c in segments[0].channels):
-            continue  # relations with the track decide
+        if segments[0].kind == "bogie" or _has_wheelset_displacement(segments[0]):
+            continue  # the response or relations with the track decide
         for segment in segments[:1]:
             corrected = corrected_segment(segment, corrections, wheelbase)
             for agreement in compare_with_nominal(model, corrected, _following(segment), settings):

@@ -85,7 +85,8 @@ def _faults(
     runs = group.members[keys[0]]
     if not _is_uniform(list(runs.values()), settings):
         return [
-            _fault(h, (run,), len(searches) > 1, (), _sd(group, keys[0], (run,)), settings) for run, h in runs.items()
+            hypothesis_fault(h, (run,), len(searches) > 1, (), _sd(group, keys[0], (run,)), settings)
+            for run, h in runs.items()
         ]
     h = _mean(runs, group.evidence)
     files = tuple(r for r in searches if r in runs or _agrees(h, searches[r], explanations[r]))
@@ -93,7 +94,7 @@ def _faults(
     tied = [_mean(group.members[k], group.evidence) for k in keys[1:] if not _is_preferred(keys[0], k)]
     names = files if restricted else ()
     alternatives = tuple(yaml_line(x.corrections(names)) for x in tied)
-    return [_fault(h, files, restricted, alternatives, _sd(group, keys[0], tuple(runs)), settings)]
+    return [hypothesis_fault(h, files, restricted, alternatives, _sd(group, keys[0], tuple(runs)), settings)]
 
 
 def _agrees(h: Hypothesis, search: FaultSearch, found: Sequence[Explanation]) -> bool:
@@ -102,7 +103,7 @@ def _agrees(h: Hypothesis, search: FaultSearch, found: Sequence[Explanation]) ->
     return evidence is None or evidence > 0.0
 
 
-def _fault(
+def hypothesis_fault(
     h: Hypothesis,
     files: tuple[str, ...],
     restricted: bool,
@@ -110,6 +111,7 @@ def _fault(
     sd: float | None,
     settings: FaultSettings,
 ) -> Fault:
+    """Return a hypothesis as a fault of some runs; restricted: of these alone."""
     kind = "track_offset" if h.kind == "offset" else h.kind
     value = {"sign": -1.0, "exchanged": None, "clock": 1.0 + h.value}.get(h.kind, h.value)
     corrections = h.corrections(files if restricted else ())

@@ -158,9 +158,10 @@ class FaultSearch:
         scores = score_discrete(without, self.has_units)
         if h.kind in CONTINUOUS:
             scores += score_continuous(without, self.has_units, self.settings)
-        reference = min(
-            (s.misfit for s in scores if is_same_fault(s.hypothesis, h)), default=total_misfit(without) - evidence
-        )
+        same = [s.misfit for s in scores if is_same_fault(s.hypothesis, h)]
+        # the grid of lags is short where a part of the band is consistent
+        at_value = [] if h.kind == "clock" else [float(without.misfits([[h]])[0])]
+        reference = min(same + at_value, default=total_misfit(without) - evidence)
         limit = reference + max(self.settings.tied_evidence_share * evidence, self.settings.free_value_penalty)
         tied = [s.hypothesis for s in scores if s.misfit < limit and not is_same_fault(s.hypothesis, h)]
         tied = [x for x in tied if (x.kind, set(x.channels)) != (h.kind, set(h.channels))]

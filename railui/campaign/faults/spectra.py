@@ -165,7 +165,7 @@ def _series(
     for name in names:
         base, _, place = name.partition(".")
         if place:
-            rows.append(_track_series(c, base, place, wheelbase, radius))
+            rows.append(track_series(c, base, place, wheelbase, radius))
             order = 2 if base == "roll" else 0
         else:
             rows.append(c[name] * (0.5 * wheelbase if name == "rf" else 1.0))
@@ -174,10 +174,10 @@ def _series(
     return np.array(rows)
 
 
-def _track_series(c: Mapping[str, FloatArray], base: str, place: str, wheelbase: float, radius: float) -> FloatArray:
+def track_series(c: Mapping[str, FloatArray], base: str, place: str, wheelbase: float, radius: float) -> FloatArray:
     """Track column under a wheelset: yw, r phiw, or the cross-level for the share of gravity."""
     if place == "f":
-        front, rear = (_track_series(c, base, i, wheelbase, radius) for i in "12")
+        front, rear = (track_series(c, base, i, wheelbase, radius) for i in "12")
         return 0.5 * (front + rear)
     values = c.get("yw" if base == "yw" else "phiw")
     if values is None or not np.any(values):

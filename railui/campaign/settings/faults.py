@@ -63,6 +63,38 @@ class FaultSettings:
         meaning="Share of the simulated response to the cross-level in the channels from which its sign is decided.",
         provenance="trial: sound simulated campaigns have a median of 0.4 to 1.3 over their channels",
     )
+    min_response_share: float = setting(
+        0.1,
+        maximum=1.0,
+        meaning="Log-likelihood per independent sample that a correction must gain against the responses of vehicles.",
+        provenance="trial: sound simulated campaigns stay below 0.06, planted faults gain 0.15 to 5",
+    )
+    min_gravity_response_share: float = setting(
+        0.025,
+        maximum=1.0,
+        meaning="The same for gravity through roll, which acts at long wavelengths alone.",
+        provenance="trial: sound simulated campaigns stay below 0.012",
+    )
+    response_vehicles: int = setting(
+        48, minimum=1, meaning="Vehicles about the nominal model with whose responses the channels are compared."
+    )
+    response_parameter_log_sd: float = setting(
+        0.3, maximum=1.0, meaning="Standard deviation of the logarithm of their estimated parameters."
+    )
+    response_drift: float = setting(
+        8e-3, unit="s", meaning="Drift of a clock over a run that the response of the vehicle shows."
+    )
+    response_delay: float = setting(
+        0.03, unit="s", meaning="Delay of a channel that the response of the vehicle shows, beyond those of its errors."
+    )
+    response_offset: float = setting(
+        0.3, unit="m", meaning="Offset of the track that the response of the vehicle shows, beyond those of its errors."
+    )
+    wider_evidence_share: float = setting(
+        0.7,
+        maximum=1.0,
+        meaning="Share of the evidence of a fault from which the same fault of more channels precedes it.",
+    )
     opposed_correlation: float = setting(
         0.8,
         maximum=1.0,
