@@ -302,7 +302,8 @@ HEAD = """# Data faults: trial of the diagnosis
 `python -m tests.blind.faults` plants faults into the columns of simulated campaigns (30 s and 22 s; the generator of
 `tests/truth` shares no code with the package) and counts the diagnoses. *ambiguous*: the fault is named together with
 another that explains the data as well. *correct channel, other kind*: the named channels are faulty.
-*missed*: nothing serious is reported; without a relation between the channels no diagnosis is possible.
+*missed*: nothing serious is reported.
+Without displacements of the wheelsets no relation includes the track, and the response of the vehicle to it decides.
 """
 
 
