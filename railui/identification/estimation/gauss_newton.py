@@ -217,11 +217,21 @@ class GaussNewton:
             priors = np.sum(((x - self.free.prior) / self.free.prior_sd) ** 2, axis=-1)
             return np.asarray(self.independent_samples * np.log(rss) + priors)
 
-    def fit(self, x: FloatArray, *, tolerance: float, max_iterations: int = MAX_ITERATIONS) -> Fit:
-        """Iterate from x [p] until two iterations, or one by far, gain less than `tolerance` of the misfit."""
+    def fit(
+        self,
+        x: FloatArray,
+        *,
+        tolerance: float,
+        max_iterations: int = MAX_ITERATIONS,
+        normal: NormalEquations | None = None,
+    ) -> Fit:
+        """Iterate from x [p] until two iterations, or one by far, gain less than `tolerance` of the misfit.
+
+        normal: the normal equations at x where they are known.
+        """
         status = "iterations"
         x = np.clip(x, self.free.low, self.free.high)
-        normal = self.linearise(x)
+        normal = self.linearise(x) if normal is None else normal
         cost = float(self.cost(np.array([normal.rss]), x[None])[0])
         self._report(0, x, normal)
         iteration, small_gains = 0, 0

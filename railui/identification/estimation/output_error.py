@@ -52,3 +52,28 @@ def fit_output_error(
     optimiser = GaussNewton(context, model, free, segments, block=duration, stable=stable)
     x = np.array([model.value(p) for p in free.paths]) if start is None else start
     return optimiser.fit(x, tolerance=tolerance, max_iterations=max_iterations)
+
+
+def continue_fit(
+    context: Context, fit: Fit, segments: Sequence[FitSegment], *, tolerance: float, max_iterations: int
+) -> Fit:
+    """Iterate further from a fit, whose normal equations hold where its segments have the same steps and initial states.
+
+    Raises
+    ------
+    ValueError
+        Where the vehicle diverges at a point of the fit.
+    """
+    optimiser = GaussNewton(
+        context, fit.model, fit.free, segments, block=fit.block, stable=not fit.model.limits_hunting
+    )
+    normal = fit.normal if _same_simulation(fit.segments, segments) else None
+    return optimiser.fit(fit.x, tolerance=tolerance, max_iterations=max_iterations, normal=normal)
+
+
+def _same_simulation(former: Sequence[FitSegment], segments: Sequence[FitSegment]) -> bool:
+    """True where a model has the same motion on both; free initial states are estimated anew."""
+    return all(
+        not t.has_free_start and t.steps == old.steps and np.array_equal(t.initial_state, old.initial_state)
+        for old, t in zip(former, segments, strict=True)
+    )

@@ -11,7 +11,7 @@ from railui import core
 from railui.campaign.settings.detection import RefitSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.output_error import continue_fit, fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult, signed_rho
@@ -240,8 +240,13 @@ class ScreeningFits:
 
     def _iterate(self, fit: Fit, max_iterations: int) -> Fit:
         segments = adapt_to_model(self.context, fit.model, fit.segments, self.max_steps)
-        further = self._fit(fit.model, segments, fit.free.paths, max_iterations)
-        return further if further is not None and further.cost < fit.cost else fit
+        tolerance = self.settings.screening_tolerance
+        background = self.context.in_background(1)
+        try:
+            further = continue_fit(background, fit, segments, tolerance=tolerance, max_iterations=max_iterations)
+        except ValueError:
+            return fit
+        return further if further.cost < fit.cost else fit
 
     def _fit(
         self, model: Model, segments: Sequence[FitSegment], paths: Iterable[str], max_iterations: int
