@@ -148,6 +148,9 @@ class RefitSettings:
     give_up_ratio_memory: float = setting(
         4.0, minimum=1.0, meaning="The same for an effect with states of its own, which converges slowly."
     )
+    given_up_ratio: float = setting(
+        1.05, minimum=1.0, meaning="Misfit over that of the leading refits from which another refit is given up."
+    )
     converged_ratio: float = setting(
         1.25, minimum=1.0, meaning="Misfit over the least misfit up to which a screened candidate is fitted to its end."
     )

@@ -33,6 +33,11 @@ class CalibrationSettings:
         maximum=1.0,
         meaning="Share of the samples that counts as independent where the misfit is weighed against priors.",
     )
+    given_up_gains: float = setting(
+        20.0,
+        minimum=1.0,
+        meaning="Gains like the last that leave a fit above its limit of the misfit where it is given up.",
+    )
     bias_draws: int = setting(
         3, minimum=1, meaning="Pairs of noise realisations behind the bias of the estimates from track noise."
     )

@@ -224,10 +224,12 @@ class GaussNewton:
         tolerance: float,
         max_iterations: int = MAX_ITERATIONS,
         normal: NormalEquations | None = None,
+        misfit_limit: float = np.inf,
     ) -> Fit:
         """Iterate from x [p] until two iterations, or one by far, gain less than `tolerance` of the misfit.
 
         normal: the normal equations at x where they are known.
+        misfit_limit: the fit ends early once many gains as the last would leave it above this misfit.
         """
         status = "iterations"
         x = np.clip(x, self.free.low, self.free.high)
@@ -245,6 +247,7 @@ class GaussNewton:
             if taken is None:
                 status = "converged" if np.isfinite(costs).any() else "no admissible step"
                 break
+            former_rss = normal.rss
             best, normal = taken
             gain = (cost - float(costs[best])) / self.independent_samples
             x, cost = tried[best], float(costs[best])
@@ -254,6 +257,9 @@ class GaussNewton:
             small_gains = small_gains + 1 if gain < tolerance else 0
             if small_gains >= (1 if gain < 0.1 * tolerance else 2):
                 status = "converged"
+                break
+            if normal.rss - self.settings.given_up_gains * max(former_rss - normal.rss, 0.0) > misfit_limit:
+                status = "above the limit"
                 break
         return Fit(
             self.model.with_path_values(self.free.paths, x),

@@ -25,6 +25,7 @@ def fit_output_error(
     stable: bool | None = None,
     tolerance: float = 1e-6,
     max_iterations: int = MAX_ITERATIONS,
+    misfit_limit: float = np.inf,
 ) -> Fit:
     """Estimate the numbers at `paths` of a model, and the phases of each segment, by Gauss-Newton.
 
@@ -38,6 +39,8 @@ def fit_output_error(
         Reject linear vehicles that are unstable over a whole run; by default unless creep or flanges bound the motion.
     tolerance
         Relative gain of the misfit below which the fit ends.
+    misfit_limit
+        Misfit below which the fit must come to be of use; it ends early where that is out of reach.
 
     Raises
     ------
@@ -51,13 +54,13 @@ def fit_output_error(
     duration = block_duration(context.settings.calibration, context.nominal, [t.segment for t in segments])
     optimiser = GaussNewton(context, model, free, segments, block=duration, stable=stable)
     x = np.array([model.value(p) for p in free.paths]) if start is None else start
-    return optimiser.fit(x, tolerance=tolerance, max_iterations=max_iterations)
+    return optimiser.fit(x, tolerance=tolerance, max_iterations=max_iterations, misfit_limit=misfit_limit)
 
 
 def continue_fit(
     context: Context, fit: Fit, segments: Sequence[FitSegment], *, tolerance: float, max_iterations: int
 ) -> Fit:
-    """Iterate further from a fit, whose normal equations hold where its segments have the same steps and initial states.
+    """Iterate further from a fit; its normal equations hold where its segments have the same steps and initial states.
 
     Raises
     ------

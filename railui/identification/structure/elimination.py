@@ -48,9 +48,14 @@ def _is_needed(context: Context, without: Stage, final: Stage) -> bool:
     """
     if gains(context, without, final):
         return True
-    with_it, without_it = (s.fit.normal.rss / s.fit.normal.samples for s in (final, without))
-    is_obvious = with_it <= (1.0 - context.settings.score_test.obvious_rho2) * without_it
+    without_it = without.fit.normal.rss / without.fit.normal.samples
+    is_obvious = without_it >= _obvious_misfit(context, final.fit)
     return is_obvious and final.validation.nrmse <= without.validation.nrmse
+
+
+def _obvious_misfit(context: Context, fit: Fit) -> float:
+    """Misfit per sample without an effect from which the effect is obvious."""
+    return fit.normal.rss / fit.normal.samples / (1.0 - context.settings.score_test.obvious_rho2)
 
 
 def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | None:
@@ -64,7 +69,10 @@ def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | 
     background = context.in_background(context.jobs)
     try:
         segments = drop_states(background, fit.model, model, fit.segments)
-        without = fit_output_error(background, model, paths, segments=segments, tolerance=REMOVAL_TOLERANCE)
+        limit = _obvious_misfit(context, fit) * sum(t.measured.size for t in segments)
+        without = fit_output_error(
+            background, model, paths, segments=segments, tolerance=REMOVAL_TOLERANCE, misfit_limit=limit
+        )
     except DivergedError:
         return None
     return validated_stage(context, without)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -20,6 +21,7 @@ from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.problem import adapt_to_model
 from railui.identification.structure.candidates import Candidate, batches_on, candidate_text
 from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.refit import by_misfit
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.screening import ScreeningFits, fit_with_effects, scaled_shape
 from railui.parallel import map_threads
@@ -151,9 +153,14 @@ def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore]) -> list[
             )
             screened.append((pair, f))
     limit = context.settings.refit.converged_ratio * min((f.normal.rss for _, f in screened), default=0.0)
-    close = [item for item in screened if item[1].normal.rss <= limit]
-    refits = map_threads(lambda item: _refit(context, fit, *item), close, context.jobs)
-    return sorted((r for r in refits if r is not None), key=lambda r: r.rss)
+    close, _ = by_misfit(screened, limit)
+    leading = context.settings.refit.leading_candidates
+    refits = list[PairRefit]()
+    for some in (close[:leading], close[leading:]):
+        misfit_limit = context.settings.refit.given_up_ratio * min((r.rss for r in refits), default=np.inf)
+        found = map_threads(partial(_refit, context, fit, misfit_limit), some, context.jobs)
+        refits += [r for r in found if r is not None]
+    return sorted(refits, key=lambda r: r.rss)
 
 
 def _screen(screening: ScreeningFits, pair: PairScore) -> Fit | None:
@@ -163,8 +170,9 @@ def _screen(screening: ScreeningFits, pair: PairScore) -> Fit | None:
     return screening.fit_together(points)
 
 
-def _refit(context: Context, fit: Fit, pair: PairScore, screened: Fit) -> PairRefit | None:
-    """Continue a screening fit on the complete runs."""
+def _refit(context: Context, fit: Fit, misfit_limit: float, item: tuple[PairScore, Fit]) -> PairRefit | None:
+    """Continue the screening fit of a pair on the complete runs."""
+    pair, screened = item
     background, tolerance = context.in_background(1), context.settings.refit.comparison_tolerance
     paths = [*context.campaign.estimated_parameters, *screened.model.effect_paths()]
     try:
@@ -172,7 +180,13 @@ def _refit(context: Context, fit: Fit, pair: PairScore, screened: Fit) -> PairRe
     except ValueError:
         return None
     final = fit_with_effects(
-        background, screened.model, segments, paths, tolerance=tolerance, max_iterations=MAX_ITERATIONS
+        background,
+        screened.model,
+        segments,
+        paths,
+        tolerance=tolerance,
+        max_iterations=MAX_ITERATIONS,
+        misfit_limit=misfit_limit,
     )
     return None if final is None else PairRefit(pair, final)
 

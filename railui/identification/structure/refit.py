@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +23,7 @@ from railui.identification.structure.screening import Screened, ScreeningFits, f
 from railui.parallel import map_threads
 
 RANKING_SEED = 13
+S = TypeVar("S")
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +92,7 @@ def refit_candidates(
     background = context.in_background(1 if several else context.jobs)
     tolerance = settings.comparison_tolerance if several else settings.refit_tolerance
 
-    def refit(item: Screened) -> Refit | None:
+    def refit(item: Screened, misfit_limit: float) -> Refit | None:
         """Continue a screening fit on the complete runs: to convergence near the least misfit, else evaluate it."""
         s, f = item
         is_close = f.normal.rss <= limit
@@ -103,18 +106,35 @@ def refit_candidates(
             segments = [replace(t, initial_state=screened_starts.get(_start_key(t), t.initial_state)) for t in segments]
         paths = [*context.campaign.estimated_parameters, *f.model.effect_paths()]
         iterations = MAX_ITERATIONS if is_close else 0
-        final = fit_with_effects(background, f.model, segments, paths, tolerance=tolerance, max_iterations=iterations)
+        final = fit_with_effects(
+            background,
+            f.model,
+            segments,
+            paths,
+            tolerance=tolerance,
+            max_iterations=iterations,
+            misfit_limit=misfit_limit,
+        )
         if final is None:
             return None
         return Refit(s.candidate, final, cross_validation_errors(settings, final), s)
 
-    screened.sort(key=lambda item: item[1].normal.rss > limit)  # the longest computations first
-    refits = []
-    for done in map_threads(refit, screened, context.jobs):
-        if done is not None:
-            refits.append(done)
-            progress.event(done)
+    close, others = by_misfit(screened, limit)
+    leading = close[: settings.leading_candidates]
+    refits = list[Refit]()
+    for some in ([*leading, *others], close[len(leading) :]):
+        misfit_limit = settings.given_up_ratio * min((r.rss for r in refits), default=np.inf)
+        for done in map_threads(partial(refit, misfit_limit=misfit_limit), some, context.jobs):
+            if done is not None:
+                refits.append(done)
+                progress.event(done)
     return sorted(refits, key=lambda r: r.rss)
+
+
+def by_misfit(screened: Sequence[tuple[S, Fit]], limit: float) -> tuple[list[tuple[S, Fit]], list[tuple[S, Fit]]]:
+    """Divide screening fits into those up to a misfit, the best first, and the others."""
+    close = sorted((item for item in screened if item[1].normal.rss <= limit), key=lambda item: item[1].normal.rss)
+    return close, [item for item in screened if item[1].normal.rss > limit]
 
 
 def _start_key(target: FitSegment) -> tuple[str, int, int]:

@@ -68,6 +68,7 @@ def fit_with_effects(
     *,
     tolerance: float,
     max_iterations: int,
+    misfit_limit: float = np.inf,
 ) -> Fit | None:
     """Fit a model with effects; None where it cannot be simulated."""
     try:
@@ -78,6 +79,7 @@ def fit_with_effects(
             segments=segments,
             tolerance=tolerance,
             max_iterations=max_iterations,
+            misfit_limit=misfit_limit,
         )
     except ValueError:
         return None

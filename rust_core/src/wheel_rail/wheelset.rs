@@ -319,7 +319,8 @@ impl WheelsetLanes {
     /// u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage.
     ///
     /// `still`: k_r u + Q_y without creep forces; `ty`: those at u' = 0. With saturation the sum's slope lies between
-    /// c_r and c_r + 2 share, which bounds Newton's steps; a converged lane stays, whatever its neighbours do.
+    /// c_r and c_r + 2 share, which bounds the steps of the secant method; its last step is the square of a small one.
+    /// A converged lane stays, whatever its neighbours do.
     #[inline(always)]
     fn yielding<P: Part>(
         &self,
@@ -340,22 +341,24 @@ impl WheelsetLanes {
             let ([_, ty_1], [_, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
             damping.mul_add(du, still) - ty_1 - ty_2
         };
-        let at_rest = sum(none);
-        let (near, far) = (-at_rest / steepest, -at_rest / damping);
+        let (mut before, mut total_before) = (none, sum(none));
+        let (near, far) = (-total_before / steepest, -total_before / damping);
         let (mut low, mut high) = (near.min(far), near.max(far));
-        let nudge = (high - low).mul_add(P::splat(1e-7), P::splat(1e-9));
         let (mut du, mut on_the_way) = (near, one);
         for _ in 0..40 {
             let total = sum(du);
             low = total.if_less(none, du, low);
             high = total.if_less(none, high, du);
-            let slope = ((sum(du + nudge) - total) / nudge).max(damping);
+            let (apart, smallest) = (du - before, P::splat(1e-300));
+            let secant = (total - total_before) / apart.abs().if_less(smallest, one, apart);
+            let slope = apart.abs().if_less(smallest, steepest, secant.max(damping));
             let step = du - total / slope;
             let middle = half * (low + high);
             let inside = step.if_less(low, middle, high.if_less(step, middle, step));
             let moved = (inside - du).abs();
+            (before, total_before) = (du, total);
             du = on_the_way.if_less(half, du, inside);
-            let near_enough = inside.abs().mul_add(P::splat(1e-9), P::splat(1e-13));
+            let near_enough = inside.abs().mul_add(P::splat(1e-6), P::splat(1e-12));
             on_the_way = moved.if_less(near_enough, none, on_the_way);
             if !on_the_way.any_from(half) {
                 break;
