@@ -486,6 +486,17 @@ def test_coaches_side_by_side_have_the_rates_of_the_single_one() -> None:
     assert np.abs(found[:34, 1] - known).max() < 1e-12 * np.abs(known).max()
 
 
+def test_half_as_conical_again_at_5_mm_turns_a_wheelset_of_a_coach_half_as_much_again() -> None:
+    x, rails, speed = np.zeros((34, 1)), np.zeros((16, 1)), np.full(1, 40.0)
+    x[11] = 5e-3  # of the second wheelset; its yaw is the next co-ordinate
+    c = replace(Coach(), friction=1e6)
+    more = Effect("nonlinear_conicity", "contact", 2, {"cubic": 2e4})
+    plain, curved = (Coaches([c], [e]).rate(x, speed, rails, 0.0)[17:, 0] for e in ((), (more,)))
+    turning = 2 * c.b * c.kappa_x * c.N * c.lam * 5e-3 / c.r / c.I_zw
+    assert plain[12] - curved[12] == pytest.approx(0.5 * turning, rel=1e-3)
+    assert np.delete(plain - curved, 12) == pytest.approx(np.zeros(16), abs=1e-6 * turning)
+
+
 @pytest.mark.parametrize("kind", ["free_play", "hysteresis", "asymmetric_damper", "ageing_friction", "primary_drift"])
 @pytest.mark.parametrize("at", ["primary_lateral", "primary_yaw", "lateral_damper_lateral", "secondary_yaw"])
 def test_effect_at_a_joint_of_a_coach_pushes_both_bodies_alike(kind: str, at: str) -> None:

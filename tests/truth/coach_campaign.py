@@ -87,7 +87,7 @@ class Coaches:
         y_w, dy_w, phi_w, dphi_w = rails
         e = y - y_w - r * phi_w
         phi, dphi = phi_w - sigma * e / b, dphi_w - sigma * (vy - dy_w - r * dphi_w) / b
-        radius = p["lam"] * e + self.cubic * e**3
+        radius = p["lam"] * e * (1.0 + self.cubic * e**2)
         T, Y = [], []
         for side in (-1.0, 1.0):  # the right wheel, the left one
             gamma = p["delta"] - side * (-phi_w + p["epsilon"] * e / b)
