@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
@@ -11,6 +12,7 @@ from railui.identification.estimation.problem import DivergedError, drop_states
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep, Stage, gains, validated_stage
+from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 REMOVAL_TOLERANCE = 1e-4
@@ -26,10 +28,14 @@ def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep
     while removed and not context.is_out_of_time:
         removed = False
         added = [i for i, s in enumerate(steps) if s.added]
-        for i in added if len(added) > 1 else ():
+        if len(added) < 2:
+            break
+        fitted = added if previous is None else added[:-1]
+        without = map_threads(
+            partial(_without_effect, context, final.fit), [steps[i].added for i in fitted], context.jobs
+        )
+        for i, stage in zip(added, [*without, *([] if previous is None else [previous])], strict=True):
             refit = steps[i].added
-            is_last = previous is not None and i == added[-1]
-            stage = previous if is_last else _without_effect(context, final.fit, refit)
             if stage is None:
                 continue
             context.progress.message(f"  without {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")

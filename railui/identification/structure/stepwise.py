@@ -31,7 +31,7 @@ from railui.identification.structure.refit import Refit, cross_validation_errors
 from railui.identification.structure.rivals import RivalExplanations
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult, score_test
 from railui.identification.structure.stage import SelectionStep, Stage, gains, pair_steps, validated_stage
-from railui.parallel import run_both
+from railui.parallel import map_threads, run_both
 
 FINAL_TOLERANCE = 1e-5
 NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
@@ -279,21 +279,29 @@ class StepwiseSelection:
     ) -> tuple[Refit, Stage] | None:
         """Find the best of the next candidates that gains on the validation runs, where the first does not."""
         limit = (1.0 - self.context.settings.score_test.structured_rho2) * current.normal.rss
+        next_best = [r for r in refits if r is not chosen and r.rss <= limit][: self.settings.runners_up]
         best: tuple[Refit, Stage] | None = None
-        for refit in [r for r in refits if r is not chosen and r.rss <= limit][: self.settings.runners_up]:
-            if self.context.is_out_of_time:
-                break
-            try:
-                fit = self._final_fit(refit.fit)
-                if fit.model.design.form == "rig":  # it was given up early; laws of one damping converge slowly
-                    fit = self._final_fit(fit)
-            except DivergedError:
+        for refit, stage in zip(
+            next_best, map_threads(self._runner_up_stage, next_best, self.context.jobs), strict=True
+        ):
+            if stage is None:
                 continue
-            stage = self._validated(fit)
             self.context.progress.message(f"  with {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
             if self._gains(accepted, stage) and (best is None or stage.validation.nrmse < best[1].validation.nrmse):
                 best = refit, stage
         return best
+
+    def _runner_up_stage(self, refit: Refit) -> Stage | None:
+        """Fit a runner-up to the end and validate it; None where it diverges, or the time budget has ended."""
+        if self.context.is_out_of_time:
+            return None
+        try:
+            fit = self._final_fit(refit.fit, is_main=False)
+            if fit.model.design.form == "rig":  # it was given up early; laws of one damping converge slowly
+                fit = self._final_fit(fit, is_main=False)
+        except DivergedError:
+            return None
+        return self._validated(fit)
 
     def _best_candidate(
         self, fit: Fit, scores: ScoreTestResult, with_absorbed: bool
@@ -323,19 +331,22 @@ class StepwiseSelection:
                 left = [refit for refit in left if refit is not chosen]
         return None
 
-    def _final_fit(self, fit: Fit) -> Fit:
+    def _final_fit(self, fit: Fit, *, is_main: bool = True) -> Fit:
         """Fit all parameters once more with weights and initial states of the model with the effect.
 
         Where the model fell out of step with the motion over whole runs, the windows are lengthened again: with the
         effect it may follow them. Raises DivergedError where the vehicle diverges next to the estimate.
+
+        is_main: report its iterations.
         """
         if self.whole_runs and any(t.is_window for t in fit.segments):
             return self._lengthened_fit(fit)
+        context = self.context if is_main else self.context.in_background(self.context.jobs)
         return fit_output_error(
-            self.context,
+            context,
             fit.model,
             fit.free.paths,
-            segments=reprepare_segments(self.context, fit.model, fit.segments),
+            segments=reprepare_segments(context, fit.model, fit.segments),
             tolerance=FINAL_TOLERANCE,
         )
 
