@@ -24,7 +24,7 @@ from railui.identification.estimation.identifiability import ROUGH as ROUGH
 from railui.identification.estimation.identifiability import UNSEEN as UNSEEN
 from railui.identification.loop import METHODS, calibrate_only
 from railui.identification.result import LoopResult
-from railui.identification.structure.stepwise import NO_SCORE_TEST, StepwiseSelection
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST, run_score_test
 from railui.io.atomic import to_json_value
 from railui.io.problems import suggest_name
 from railui.progress import SILENT, Progress
@@ -214,7 +214,7 @@ class Fit(Summarised):
         first = self.result.steps[0].score_test
         if self.stage == "before" and first is not NO_SCORE_TEST:
             return first
-        return StepwiseSelection(self.result.context).run_score_test(self.estimation)
+        return run_score_test(self.result.context, self.estimation)
 
     @property
     def candidates(self) -> tuple[ScoredCandidate, ...]:

@@ -29,10 +29,11 @@ from railui.identification.estimation.validation import Validation, is_worse_tha
 from railui.identification.events import ModelValidated
 from railui.identification.remainder import describe_remainder
 from railui.identification.result import LoopResult, run_independent_test, validate_final
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.freed_groups import freed_members_lower_error
 from railui.identification.structure.gain_forecast import predict_validation_gain
 from railui.identification.structure.stage import SelectionStep
-from railui.identification.structure.stepwise import NO_SCORE_TEST, Selection, StepwiseSelection
+from railui.identification.structure.stepwise import Selection, StepwiseSelection
 from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
 from railui.identification.unmodelled.discrepancy import find_discrepancy, may_be_track_noise
 from railui.identification.unmodelled.locate import Discrepancy

@@ -10,9 +10,9 @@ from railui.identification.context import Context
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.residual_evidence import ResidualEvidence
 from railui.identification.estimation.validation import Validation
+from railui.identification.structure.candidate_scores import has_structure
 from railui.identification.structure.evidence import signed_rho
 from railui.identification.structure.score_test import ScoreTestResult
-from railui.identification.structure.stepwise import has_structure
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.verdict import Remainder, remaining_ratio
 

@@ -14,10 +14,10 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.identifiability import Identifiability, analyse_identifiability
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.validation import validate
+from railui.identification.structure.candidate_scores import run_score_test
 from railui.identification.structure.gain_forecast import predict_validation_gain
 from railui.identification.structure.minimum_detectable import minimum_detectable_effects
 from railui.identification.structure.score_test import ScoreTestResult
-from railui.identification.structure.stepwise import StepwiseSelection
 from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.runs.columns import column_names
 from railui.vehicle.track_geometry import track_geometry
@@ -76,7 +76,7 @@ def identify(dataset: Dataset, channels: tuple[str, ...], jobs: int | None = Non
     context = create_context(with_channels(dataset, channels), jobs=jobs)
     fit = calibrate(context)
     error = validate(context, fit.model, context.dataset.validation).nrmse
-    scores = StepwiseSelection(context).run_score_test(fit)
+    scores = run_score_test(context, fit)
     gains = predict_validation_gain(context, prepare_validation(context, fit), scores)
     return Identified(
         channels,

@@ -6,7 +6,7 @@ after projecting out what the estimated parameters absorb: a partial rho (Broers
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,14 +23,12 @@ from railui.identification.estimation.problem import FitSegment
 from railui.identification.events import ScoreTestProgress
 from railui.identification.prediction import Predictor, required_steps_each
 from railui.identification.structure.candidates import QUADRATURE, Candidate, CandidateBatch, batches_on
-from railui.identification.structure.evidence import ScoreResult, family_wise_test, signed_rho
-from railui.identification.structure.locations import JointKey, joint_key
+from railui.identification.structure.evidence import ScoreResult, signed_rho
 from railui.identification.structure.projection import ProjectedScores, Projector
 from railui.parallel import map_threads
 from railui.vehicle.model import RADIUS, Model, wrap_angle
 
 POWER = 1.2816  # normal quantile of 90 % power
-PRESELECTION_SHARE = 0.7  # of the samples, from which a preselection on the first part saves nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,104 +57,6 @@ class _Base:
 
     blocks: FloatArray
     length: int
-
-
-def score_test(
-    context: Context, fit: Fit, candidates: Sequence[Candidate], *, first: Sequence[FitSegment] = ()
-) -> ScoreTestResult:
-    """Score every candidate against the residual of a fit.
-
-    With `first`, shortened segments, all candidates are scored on these and only the best on the segments of the fit;
-    the results of the others are extrapolated, for the minimum detectable effects.
-    """
-    settings = context.settings.score_test
-    full = ScoreTest(context, fit, fit.segments)
-    if not first or sum(t.measured.size for t in first) >= PRESELECTION_SHARE * sum(
-        t.measured.size for t in fit.segments
-    ):
-        results = selected = full.run(candidates)
-    else:
-        preselection = _preselect(context, fit, candidates, first)
-        best = {s.candidate for s in _ranked(preselection)[: settings.preselected_candidates]}
-        best |= _undecided(candidates, preselection, settings.min_remaining_share)
-        selected = full.run([c for c in _with_best_shapes(context, fit, candidates, preselection) if c in best])
-        ratio = sum(t.measured.size for t in fit.segments) / sum(t.measured.size for t in first)
-        others = [s.extrapolate(ratio, full.block_count) for s in preselection if s.candidate not in best]
-        results = (*selected, *others)
-    p, critical_score = family_wise_test(results, settings, context.seed, selected)
-    return ScoreTestResult(tuple(results), _ranked(results), p, critical_score, full.projector.rss, settings)
-
-
-def _preselect(
-    context: Context, fit: Fit, candidates: Sequence[Candidate], first: Sequence[FitSegment]
-) -> tuple[ScoreResult, ...]:
-    """Score candidates on shortened segments.
-
-    Those of a vehicle of bodies are scored by groups of joints, then at the single joints of the best groups, and at
-    the best of these with every other law: at all joints together it may explain little.
-    """
-    test, model, settings = ScoreTest(context, fit, first), fit.model, context.settings.score_test
-    if model.design.structure is None:
-        return test.run(candidates)
-    groups = test.run([c for c in candidates if c.wheelset is None])
-    single = [c for c in candidates if c.wheelset is not None]
-    divided = {_group_of(s.candidate) for s in _ranked(groups)[: settings.divided_groups]}
-    joints = test.run(_with_best_shapes(context, fit, [c for c in single if _group_of(c) in divided], groups))
-    places = {_place_of(model, s.candidate) for s in _ranked(joints)[: settings.searched_joints]}
-    others = [c for c in single if _group_of(c) not in divided and _place_of(model, c) in places]
-    return (*groups, *joints, *test.run(_with_best_shapes(context, fit, others, groups)))
-
-
-def _with_best_shapes(
-    context: Context, fit: Fit, candidates: Sequence[Candidate], scored: Sequence[ScoreResult]
-) -> list[Candidate]:
-    """Return the candidates of a vehicle of bodies with only those shapes that score best at the same joints.
-
-    scored: results of the candidates themselves, or of the groups that they belong to.
-    """
-    if fit.model.design.structure is None:
-        return list(candidates)
-    count = context.settings.score_test.retained_shapes
-    best: dict[Candidate, list[Mapping[str, float]]] = {}
-    for s in sorted(scored, key=lambda s: -signed_rho(s)):
-        shapes = best.setdefault(s.candidate, [])
-        if len(shapes) < count:
-            shapes.append(s.candidate.shapes[s.shape])
-
-    def reduced(c: Candidate) -> Candidate:
-        shapes = best.get(c) or best.get(replace(c, wheelset=None))
-        return c if not shapes or c.has_phase else replace(c, shapes=tuple(shapes))
-
-    return [reduced(c) for c in candidates]
-
-
-def _group_of(candidate: Candidate) -> tuple[str, str]:
-    return candidate.kind, candidate.at
-
-
-def _place_of(model: Model, candidate: Candidate) -> tuple[JointKey, int | None]:
-    return joint_key(model, candidate.at), candidate.wheelset
-
-
-def _ranked(results: Sequence[ScoreResult]) -> tuple[ScoreResult, ...]:
-    """Best shape of each candidate, in descending order."""
-    best: dict[Candidate, ScoreResult] = {}
-    for s in results:
-        if s.candidate not in best or signed_rho(s) > signed_rho(best[s.candidate]):
-            best[s.candidate] = s
-    return tuple(sorted(best.values(), key=lambda s: -signed_rho(s)))
-
-
-def _undecided(
-    candidates: Sequence[Candidate], preselection: Sequence[ScoreResult], min_remaining_share: float
-) -> set[Candidate]:
-    """Linear elements that only full segments may distinguish from the estimated parameters.
-
-    A damper between wheelset and track in yaw acts at one speed V as creep: kappa_x + V c / (2 b^2 N), with lambda
-    kappa_x unchanged. Only a varying speed distinguishes the two, and the first seconds have one speed.
-    """
-    decided = {s.candidate for s in preselection if s.unabsorbed_share >= min_remaining_share}
-    return {c for c in candidates if c.is_linear and c not in decided}
 
 
 class ScoreTest:

@@ -6,17 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.context import Context, OutOfTimeError
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.growing_windows import follow_motion, follows
-from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
-from railui.identification.estimation.problem import DivergedError, FitSegment, reprepare_segments, truncate
+from railui.identification.estimation.problem import DivergedError, FitSegment, reprepare_segments
 from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
-from railui.identification.structure.candidates import list_candidates
+from railui.identification.structure.candidate_scores import has_structure, run_score_test, scored_part
 from railui.identification.structure.elimination import refit_text, remove_superfluous
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.limiting_laws import replace_by_limits
@@ -29,12 +27,11 @@ from railui.identification.structure.pairs import (
 )
 from railui.identification.structure.refit import Refit, cross_validation_errors, refit_candidates, simplest_refit
 from railui.identification.structure.rivals import RivalExplanations
-from railui.identification.structure.score_test import ScoreTest, ScoreTestResult, score_test
+from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.stage import SelectionStep, Stage, gains, pair_steps, validated_stage
 from railui.parallel import map_threads, run_both
 
 FINAL_TOLERANCE = 1e-5
-NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +63,6 @@ class _Path(NamedTuple):
     start: Fit
 
 
-def has_structure(settings: ScoreTestSettings, result: ScoreTestResult) -> bool:
-    """True where the residual has a structure that noise does not have."""
-    if result.rho2 < settings.structured_rho2:
-        return False
-    return result.p <= settings.significance_level or result.rho2 >= settings.obvious_rho2
-
-
 class StepwiseSelection:
     """Stepwise selection of the effects that a dataset supports."""
 
@@ -81,37 +71,6 @@ class StepwiseSelection:
         self.settings = context.settings.selection
         self.whole_runs: tuple[FitSegment, ...] = ()  # where the model without effects is out of step with the motion
         self.rivals = RivalExplanations(context)
-
-    def run_score_test(self, fit: Fit) -> ScoreTestResult:
-        """Score every candidate against the residual of a fit; no result where the time budget ends before."""
-        try:
-            return self._score_candidates(fit)
-        except OutOfTimeError:
-            return NO_SCORE_TEST
-
-    def _score_candidates(self, fit: Fit) -> ScoreTestResult:
-        context, settings = self.context, self.context.settings.score_test
-        context.check_time()
-        loaded = context.campaign.track == "loaded"
-        segments = context.dataset.estimation
-        # at rest a rig that swings freely would not move, nor would a vehicle without excitation
-        is_rig = fit.model.design.form == "rig"
-        starts = [estimate_initial_state(context, fit.model, s) if is_rig or s.is_free else None for s in segments]
-        candidates = list_candidates(fit.model, segments, without=context.excluded, loaded=loaded, starts=starts)
-        part = self._scored_part(fit)
-        first = truncate(context, part.segments, settings.preselection_duration)
-        result = score_test(context, part, candidates, first=first)
-        context.progress.message(
-            f"score test: {len(result.best)} candidates, best partial rho^2 {result.rho2:.3f}, "
-            f"family-wise p {result.p:.4f}"
-        )
-        context.progress.event(result)
-        return result
-
-    def _scored_part(self, fit: Fit) -> Fit:
-        """First part of the runs of a fit, on which candidates are scored."""
-        duration = self.context.settings.score_test.score_duration
-        return replace(fit, segments=tuple(truncate(self.context, fit.segments, duration)))
 
     def select_effects(self, before: Fit, validation: Validation, windowed: Fit | None = None) -> Selection:
         """Add effects to the calibrated model, then remove those that are no longer needed.
@@ -142,7 +101,7 @@ class StepwiseSelection:
         final = remove_superfluous(self.context, accepted, steps, previous)
         final = replace_by_limits(self.context, final, steps, self._final_fit)
         is_known = final.fit is accepted.fit and count < len(steps)
-        last = steps[count].score_test if is_known else self.run_score_test(final.fit)
+        last = steps[count].score_test if is_known else run_score_test(self.context, final.fit)
         return Selection(final.fit, final.validation, tuple(steps), last, self.rivals.freed_groups(final.fit))
 
     def _forward(self, path: _Path) -> _Path:
@@ -209,7 +168,7 @@ class StepwiseSelection:
 
     def _refit_best_pairs(self, fit: Fit, scores: ScoreTestResult) -> tuple[PairRefit | None, PairSearch]:
         """Score all pairs against the residual of a fit, refit the best, and select one."""
-        test = ScoreTest(self.context, fit, self._scored_part(fit).segments)
+        test = ScoreTest(self.context, fit, scored_part(self.context, fit).segments)
         pairs, scored = score_pairs(test, scores)
         best = pairs[: self.settings.refitted_pairs]
         self.context.progress.message(f"{scored} pairs of effects scored, {len(best)} refitted")
@@ -248,7 +207,7 @@ class StepwiseSelection:
         on_trial: an effect without a gain has been added before, and is retained only if this one gains.
         """
         settings, nrmse = self.settings, accepted.validation.nrmse
-        scores = self.run_score_test(current)
+        scores = run_score_test(self.context, current)
         if self.context.is_out_of_time:
             return SelectionStep(scores, (), None), None
         unstructured = not has_structure(self.context.settings.score_test, scores)

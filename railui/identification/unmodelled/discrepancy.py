@@ -10,7 +10,8 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.residual_evidence import ResidualEvidence
 from railui.identification.estimation.validation import is_significant_gain
-from railui.identification.structure.stepwise import Selection, has_structure
+from railui.identification.structure.candidate_scores import has_structure
+from railui.identification.structure.stepwise import Selection
 from railui.identification.unmodelled.evidence import NO_EVIDENCE
 from railui.identification.unmodelled.locate import (
     CONTACT_LOCATIONS,

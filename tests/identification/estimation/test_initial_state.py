@@ -15,9 +15,10 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_phases
 from railui.identification.loop import close_loop
 from railui.identification.prediction import Predictor
+from railui.identification.structure.candidate_scores import score_test
 from railui.identification.structure.candidates import Candidate, list_candidates
 from railui.identification.structure.evidence import ScoreResult, family_wise_test
-from railui.identification.structure.score_test import ScoreTestResult, score_test
+from railui.identification.structure.score_test import ScoreTestResult
 from railui.report.loop.data import loop_report
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model

@@ -16,11 +16,11 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.prediction import Predictor
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.limiting_laws import limiting_effects, replace_by_limits
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep, Stage, validated_stage
-from railui.identification.structure.stepwise import NO_SCORE_TEST
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.effects import PlacedEffect
 from tests.truth.files import write_run

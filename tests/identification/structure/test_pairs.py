@@ -12,9 +12,9 @@ from railui.campaign.dataset import read_dataset
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
+from railui.identification.structure.candidate_scores import run_score_test
 from railui.identification.structure.pairs import projected_gram, score_pairs, select_shapes
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
-from railui.identification.structure.stepwise import StepwiseSelection
 from tests.truth.effects import effect
 from tests.truth.rig import Bench, write
 
@@ -29,7 +29,7 @@ def scored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Context, Fit, Scor
     write(Bench(seconds=(3.0, 2.0), rate=500.0, seed=1, effects=effects), folder)
     context = create_context(read_dataset(load_campaign(folder)), jobs=1, excluded=("free_play",))
     fit = calibrate(context)
-    return context, fit, StepwiseSelection(context).run_score_test(fit)
+    return context, fit, run_score_test(context, fit)
 
 
 def test_the_diagonal_of_the_projected_gram_matrix_is_that_of_the_score_test(scored):

@@ -12,11 +12,11 @@ from railui.campaign.settings.detection import RefitSettings, ScoreTestSettings
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.problem import truncate
+from railui.identification.structure.candidate_scores import has_structure, score_test
 from railui.identification.structure.candidates import Candidate, batch_candidates, list_candidates
 from railui.identification.structure.evidence import ScoreResult, family_wise_test, signed_rho
 from railui.identification.structure.refit import select_candidates
-from railui.identification.structure.score_test import ScoreTestResult, score_test
-from railui.identification.structure.stepwise import has_structure
+from railui.identification.structure.score_test import ScoreTestResult
 from tests.blind.simulated import calibrated, simulated_campaign
 from tests.truth.campaign import noisy
 from tests.truth.effects import effect, sense

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from railui.identification.estimation.calibration import calibrate
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.screening import ScreeningFits
-from railui.identification.structure.stepwise import NO_SCORE_TEST
 from tests.blind.simulated import simulated_campaign
 
 
