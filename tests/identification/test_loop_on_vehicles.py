@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 from railui.cli import cli
-from tests.truth.coach_campaign import ACCELEROMETERS, ALL, Order, write_campaigns
+from tests.truth.coach import state_matrix
+from tests.truth.coach_campaign import ACCELEROMETERS, ALL, Order, drawn, write_campaigns
 from tests.truth.effects import Effect
 
 FRICTION = Effect("dry_friction", "secondary_lateral", None, {"force": 5e3, "slip_speed": 0.01})
@@ -22,8 +24,9 @@ CASES = {
     "friction": Order(22, (FRICTION,), channels=ALL, seconds=(40.0, 30.0)),
     "play": Order(23, (PLAY,), channels=ALL, seconds=(40.0, 30.0)),
     "weak": Order(31, (WEAK,), channels=ALL, seconds=(40.0, 30.0)),
+    "hunting": Order(41, channels=ALL, seconds=(40.0, 30.0), conicity=0.35, speeds=(62.0, 56.0)),
 }
-# simulation in plain numpy and five loops: some six minutes
+# simulation in plain numpy and six loops: some eight minutes
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 
 
@@ -61,6 +64,16 @@ def test_an_effect_is_named_at_its_joint_with_its_size(campaigns: dict[str, Path
     assert (effect["kind"], effect["at"], effect["wheelset"]) == (law.kind, law.at, law.wheelset)
     key, value = next(iter(law.parameters.items()))
     assert effect["parameters"][key]["value"] == pytest.approx(value, rel=0.1)
+
+
+def test_a_coach_that_hunts_at_the_speeds_of_its_runs_is_calibrated(campaigns: dict[str, Path]) -> None:
+    true = drawn(CASES["hunting"])
+    assert all(np.linalg.eigvals(state_matrix(true, v)).real.max() > 0.1 for v in CASES["hunting"].speeds)
+    report = loop(campaigns["hunting"])
+    assert report["verdict"] == "none" and report["effects"] == []
+    assert report["declared"]["nrmse"] > 1.0 and report["after"]["nrmse"] < 1.1 * report["floor"]["nrmse"]
+    conicity = report["parameters"]["contact.wheels.conicity"]
+    assert abs(conicity["value"] - true.lam) < 4 * conicity["sd"] and conicity["sd"] < 0.02 * true.lam
 
 
 def test_a_weaker_damper_of_one_bogie_is_no_effect_and_asks_to_be_freed(campaigns: dict[str, Path]) -> None:
