@@ -1,5 +1,7 @@
 //! Bakes the hash of the crate's sources into the library, part of every result's identity, and takes in a law that stands
-//! in a file elsewhere.
+//! in a file elsewhere, and straight code for the rows of known structures.
+mod structures;
+
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
@@ -34,12 +36,18 @@ fn main() {
     sources(Path::new("src"), &mut found);
     found.sort();
     more_effects(&mut found);
+    let straight = structures::straight_code();
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo names a folder"));
+    std::fs::write(out.join("structures.rs"), &straight).expect("the folder of cargo can be written");
     let mut hash = Sha256::new();
     for path in found {
         hash.update(path.to_string_lossy().as_bytes());
         hash.update(std::fs::read(&path).expect("a source file can be read"));
     }
+    hash.update(&straight);
     let hex: String = hash.finalize().iter().map(|b| format!("{b:02x}")).collect();
     println!("cargo:rustc-env=RAILUI_SOURCES={hex}");
-    println!("cargo:rerun-if-changed=src");
+    for path in ["src", "structures", "structures.rs", "build.rs"] {
+        println!("cargo:rerun-if-changed={path}");
+    }
 }

@@ -150,6 +150,10 @@ class Vehicles:
         """Return the form that the kernel's rate of change takes on a track with cross-level, or `level`."""
         return self._core.form(batch, level)
 
+    def structure_file(self, batch: Batch) -> str | None:
+        """Return the file of `rust_core/structures` for the rows of these vehicles; None in forms without rows."""
+        return self._core.structure_file(batch)
+
     def required_steps(self, batch: Batch, slowest: float, fastest: float, dt: float) -> list[int]:
         """Return the RK4 steps per sample of each vehicle between two speeds [m/s]; ValueError if too many."""
         return self._core.steps(batch, slowest, fastest, dt, MAX_STEPS_PER_SAMPLE)

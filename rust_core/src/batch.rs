@@ -5,10 +5,12 @@ use crate::integrate::comparison::{Filter, apply_sensors, as_rows, filtered};
 use crate::integrate::recorder::{Recorder, Series};
 use crate::integrate::ride_statistics::{RideSums, cascade};
 use crate::integrate::run::run;
+use crate::rate::Rate;
 use crate::rate::forms::Choice;
+use crate::rate::general::GroupPart;
 use crate::rate::input_table::InputTable;
-use crate::simd::{Dual, Job, LANES, Lanes, Part, Portable, dispatch, level};
-use crate::vehicle::group::{Group, STATES};
+use crate::simd::{Dual, Job, LANES, Lanes, Part, Portable, STATES, dispatch, level};
+use crate::vehicle::group::Group;
 use crate::vehicle::structure::{Single, Structure};
 use rayon::prelude::*;
 use std::cell::RefCell;
@@ -147,7 +149,17 @@ pub fn simulate(
 pub fn form(vehicles: &VehicleBatch<'_>, is_level: bool) -> Result<&'static str> {
     let some = LaneGroup { from: 0, live: vehicles.count.min(LANES) };
     let group = vehicles.group(some, &[])?;
-    Ok(Choice::of(&group, is_level).name(&group))
+    Ok(Choice::of(&group, is_level).name())
+}
+
+/// A file of `structures`, by which the rows of these vehicles are compiled as straight code; none for vehicles in other
+/// forms than that of bodies.
+pub fn structure_file(vehicles: &VehicleBatch<'_>) -> Result<Option<String>> {
+    let group = vehicles.group(LaneGroup { from: 0, live: vehicles.count.min(LANES) }, &[])?;
+    Ok(match Choice::of(&group, false) {
+        Choice::Fused { accelerations, .. } => Some(accelerations.file()),
+        _ => None,
+    })
 }
 
 /// The rate of change of every vehicle in its own state, [vehicle][state], under one row of the input table.
@@ -180,9 +192,9 @@ impl Job for Rates<'_> {
     fn run<P: Part>(self) -> Vec<Lanes> {
         let (n, mut out) = (self.group.dofs, vec![Lanes::ZERO; STATES]);
         for at in (0..LANES).step_by(P::WIDTH) {
-            let x: [P; STATES] = std::array::from_fn(|i| P::load(&self.x[i], at));
+            let mut x: [P; STATES] = std::array::from_fn(|i| P::load(&self.x[i], at));
             let mut dx = [P::zero(); STATES];
-            self.group.part(at).rate(0, self.row, &x, &mut dx);
+            GroupPart::new(self.group, at).rate(0, self.row, &mut x, &mut dx);
             for i in 0..self.group.states {
                 (if i < n { x[n + i] } else { dx[i] }).store(&mut out[i], at);
             }
@@ -212,7 +224,7 @@ fn jacobian_column(group: &Group, live: usize, row: &[f64], variable: usize) -> 
     x[variable].slope = Portable::splat(1.0);
     for at in (0..live).step_by(Portable::WIDTH) {
         let mut dx = [Dual::zero(); STATES];
-        group.part(at).rate(0, row, &x, &mut dx);
+        GroupPart::new(group, at).rate(0, row, &mut x, &mut dx);
         for (i, to) in column.iter_mut().enumerate() {
             (if i < n { x[n + i] } else { dx[i] }).slope.store(to, at);
         }

@@ -2,10 +2,11 @@
 //! only: they hold the table `railui/bench/operations.csv`, from which `railui bench` computes the share of the peak.
 use crate::batch::{StatisticsRequest, VehicleBatch};
 use crate::effects::Law;
-use crate::integrate::ride_statistics::{RideAccumulator, RideSums};
+use crate::integrate::ride_statistics::RideSums;
+use crate::integrate::sample::RideAccumulator;
 use crate::rate::input_table::InputTable;
-use crate::simd::{Counted, Counts, Lanes, Part, counting};
-use crate::vehicle::group::{Group, STATES};
+use crate::simd::{Counted, Counts, Lanes, Part, STATES, counting};
+use crate::vehicle::group::Group;
 use crate::vehicle::kinds::VehicleKind;
 use crate::vehicle::plain_bogie::PlainBogie;
 use crate::vehicle::structure::{Placed, Structure};

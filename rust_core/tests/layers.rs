@@ -53,3 +53,33 @@ fn a_module_uses_only_those_above_it() {
     assert!(declared(&src.join("rate/mod.rs")).len() > 5);
     check_order(&src, "lib.rs", "crate");
 }
+
+/// Files with a function that each step executes, and those of a vehicle beyond them (see docs/kernel.md).
+const EVERY_STEP: [&str; 7] = [
+    "simd/mod.rs",
+    "simd/registers.rs",
+    "integrate/steps.rs",
+    "integrate/rk4.rs",
+    "integrate/sample.rs",
+    "wheel_rail/contact.rs",
+    "effects/law.rs",
+];
+const OF_VEHICLE: [&[&str]; 3] = [
+    &["rate/bogie.rs"],
+    &["rate/bogie.rs", "effects/port.rs", "effects/dry_friction.rs"],
+    &["rate/fused.rs", "effects/port.rs", "effects/bump_stop.rs"],
+];
+
+#[test]
+fn a_step_passes_through_few_lines() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let lines = |file: &&str| {
+        let text = std::fs::read_to_string(src.join(file)).expect("a source file");
+        text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default().lines().count()
+    };
+    for further in OF_VEHICLE {
+        let files: Vec<_> = EVERY_STEP.iter().chain(further).collect();
+        let sum: usize = files.iter().copied().map(lines).sum();
+        assert!(files.len() <= 10 && sum <= 1800, "{sum} lines of {files:?}");
+    }
+}

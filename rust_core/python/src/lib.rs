@@ -413,6 +413,12 @@ impl Vehicle {
         railui_core::batch::form(&rows.of(&self.structure), level).map_err(to_py_error)
     }
 
+    /// The file of `rust_core/structures` by which the rows of these vehicles are compiled; None for a bogie and in the general form.
+    fn structure_file(&self, batch: Batch<'_>) -> PyResult<Option<String>> {
+        let rows = batch.rows()?;
+        railui_core::batch::structure_file(&rows.of(&self.structure)).map_err(to_py_error)
+    }
+
     /// RK4 steps per sample that each vehicle needs between two speeds.
     fn steps(
         &self,

@@ -4,6 +4,11 @@ use crate::simd::Part;
 
 pub struct BumpStop;
 
+impl super::Law {
+    /// The law of an element of vehicles: a stop.
+    pub const STOP: Self = Self::BumpStop;
+}
+
 impl Effect for BumpStop {
     const RECORD: Record = Record {
         key: "bump_stop",

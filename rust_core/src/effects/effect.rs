@@ -1,5 +1,6 @@
 //! Effects: physical laws that the linear model lacks, at a location, with an amount.
-use crate::simd::{Lanes, Part};
+pub use super::law::{Creep, Creeping, Flanging, Force, Numbers, Rolling, RollingRadius, cubic_saturation, saturated};
+pub use crate::simd::Elementary;
 
 /// One parameter of a law. `default`, `minimum` and `maximum` are multiples of `times`: a product of
 /// k, c (the vehicle's own linear terms at the place), z, v, F (its reference motion, 5 mm or 5 mrad, at
@@ -209,148 +210,15 @@ pub trait Effect {
     }
 }
 
-/// The prepared numbers of a part of the lanes.
-#[derive(Clone, Copy)]
-pub struct Numbers<'a> {
-    pub lanes: &'a [Lanes],
-    pub at: usize,
-}
-
-impl Numbers<'_> {
-    /// The first N of them.
-    #[inline(always)]
-    pub fn first<P: Part, const N: usize>(&self) -> [P; N] {
-        self.from(0)
-    }
-
-    /// N of them, from one on.
-    #[inline(always)]
-    pub fn from<P: Part, const N: usize>(&self, begin: usize) -> [P; N] {
-        let lanes = &self.lanes[begin..begin + N];
-        let mut numbers = [P::zero(); N];
-        for i in 0..N {
-            numbers[i] = P::load(&lanes[i], self.at);
-        }
-        numbers
-    }
-}
-
 /// The first N numbers of a law, which [`Effect::counts`] has counted.
 pub fn first<const N: usize>(p: &[f64]) -> [f64; N] {
     *p.first_chunk().expect("counted")
-}
-
-/// F(z, v, x) beyond the superseded linear term, and x' of an own state; s is the distance run.
-pub trait Force: Effect {
-    /// True if the law depends on the speed v.
-    const SPEED: bool = true;
-    /// True of a force of the distance run alone: forms of the rate compute it once per row of the input table.
-    const OF_DISTANCE: bool = false;
-    /// True of a stop: F = -k (z - clamp(z, h)) of the prepared numbers h, k. Forms of the rate that know stops compute it
-    /// only where one is met.
-    const STOP: bool = false;
-
-    fn force<P: Part>(p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P;
-
-    /// The force at the contact of a wheelset, whose rails are apart by the gauge deviation g.
-    #[inline(always)]
-    fn at_contact<P: Part>(p: Numbers<'_>, e: P, v: P, s: f64, _gauge: f64) -> P {
-        Self::force(p, e, v, s, P::zero(), &mut P::zero())
-    }
-
-    /// Is there friction where it touches at a contact?
-    fn slides(_p: &[f64]) -> bool {
-        false
-    }
-
-    /// Creep forces of a flange along the rail and across it, and friction times creepage.
-    #[inline(always)]
-    fn friction<P: Part>(_p: Numbers<'_>, _of: &Flanging<P>) -> ([P; 2], P) {
-        ([P::zero(); 2], P::zero())
-    }
-}
-
-/// The flange's force on the wheelset, and at its wheel t_x and t_y of the linear law without spin, and kappa_x N/r.
-#[derive(Clone, Copy)]
-pub struct Flanging<P> {
-    pub force: P,
-    pub tx: P,
-    pub ty: P,
-    pub kx_r: P,
-}
-
-/// Creep of one wheel: forces of the linear law, part of t_y that is spin, speed of the wheelset.
-#[derive(Clone, Copy)]
-pub struct Creeping<P> {
-    pub tx: P,
-    pub ty: P,
-    pub spin: P,
-    pub speed: P,
-}
-
-/// Creep forces of a wheel where the linear law gives t_x, t_y.
-pub trait Creep: Effect {
-    /// True of [`cubic_saturation`] alone, its one prepared number [`per_square_of_sliding`].
-    const CUBIC: bool = false;
-
-    fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2];
 }
 
 /// 1/(3 T_lim)^2 of a friction limit T_lim = mu N: its product with the square of a creep force is below one until the wheel
 /// slides fully.
 pub fn per_square_of_sliding(limit: f64) -> f64 {
     (3.0 * limit).powi(-2)
-}
-
-/// Factor of Vermeulen and Johnson, see [`cubic_saturation`].
-#[inline(always)]
-pub fn saturated<P: Part>(square: P) -> P {
-    let [factor] = cubic_saturation::<P, true, 1>([square], [P::zero(); 2]);
-    factor
-}
-
-/// Factors of Vermeulen and Johnson for N wheels, the square of q = T/(3 mu N) given: 1 - q + q^2/3 for q < 1, else 1/(3 q);
-/// of a share of the saturation, and a third of it, as much of what it takes off, unless it is `WHOLE` in all lanes.
-#[inline(always)]
-pub fn cubic_saturation<P: Part, const WHOLE: bool, const N: usize>(
-    square: [P; N],
-    [share, share_third]: [P; 2],
-) -> [P; N] {
-    let (one, third) = (P::splat(1.0), P::splat(1.0 / 3.0));
-    // loops, for closures inside array functions would not be compiled for the level
-    let (mut q, mut factor, mut largest) = (square, square, one);
-    for i in 0..N {
-        q[i] = square[i].sqrt();
-        factor[i] = if WHOLE {
-            third.mul_add(square[i], one) - q[i]
-        } else {
-            share.neg_mul_add(q[i], share_third.mul_add(square[i], one))
-        };
-        largest = if i == 0 { square[0] } else { largest.max(square[i]) };
-    }
-    // full sliding is rare: its divisions are made only where a lane slides
-    if largest.any_from(one) {
-        for i in 0..N {
-            // the same digits in full as by a share of one, whatever the other lanes do
-            let more = third / q[i].max(third) - one;
-            let sliding = if WHOLE { more + one } else { share.mul_add(more, one) };
-            factor[i] = square[i].if_less(one, factor[i], sliding);
-        }
-    }
-    factor
-}
-
-/// (r_1 - r_2)/2 = (lambda + conicity)(e - shift)(1 + cubic (e - shift)^2)
-#[derive(Clone, Copy)]
-pub struct RollingRadius<P> {
-    pub shift: P,
-    pub conicity: P,
-    pub cubic: P,
-}
-
-/// Adds to the terms of the rolling radius difference, times the amount alpha.
-pub trait Rolling: Effect {
-    fn roll<P: Part>(p: Numbers<'_>, alpha: P, gauge: P, s: f64, to: &mut RollingRadius<P>);
 }
 
 /// A parameter with the usual role and origin, written short.

@@ -1,7 +1,8 @@
 //! Properties of every effect, tested over the catalogue.
 use super::effect::*;
 use super::*;
-use crate::numeric::profile_table::{ShapeLanes, steepest_angle};
+use crate::numeric::profile_spline::steepest_angle;
+use crate::numeric::profile_table::ShapeLanes;
 use crate::simd::{LANES, Lanes, Portable};
 
 const SITE: Site = Site {

@@ -4,6 +4,11 @@ use crate::simd::Part;
 
 pub struct MaxwellDamper;
 
+impl super::Law {
+    /// The law of an element of vehicles: a spring and a damper in series.
+    pub const SERIES: Self = Self::MaxwellDamper;
+}
+
 impl Effect for MaxwellDamper {
     const RECORD: Record = Record {
         key: "maxwell_damper",

@@ -1,13 +1,64 @@
 //! The catalogue: every effect on one line, under what it acts on.
+/// The list, with which a macro is called: here, and in [`law`] for the steps.
+macro_rules! laws {
+    ($then:ident) => {
+        $then! {
+            force {
+                spring::Spring,
+                viscous_damper::ViscousDamper,
+                free_play::FreePlay,
+                cubic_stiffness::CubicStiffness,
+                quadratic_stiffness::QuadraticStiffness,
+                bump_stop::BumpStop,
+                dry_friction::DryFriction,
+                hysteresis::Hysteresis,
+                quadratic_damper::QuadraticDamper,
+                asymmetric_damper::AsymmetricDamper,
+                maxwell_damper::MaxwellDamper,
+                flange_contact::FlangeContact | FlangeContactInGauge = "gauge",
+                run_out::RunOut,
+                steady_force::SteadyForce,
+                // a law outside of this folder: see build.rs
+                #[cfg(more_effects)]
+                more::More,
+                measured_force::MeasuredForce = "z" | MeasuredForceOfSpeed = "v" | MeasuredForceOfDistance = "s",
+            }
+            creep {
+                creep_saturation::CreepSaturation,
+                vermeulen_johnson::VermeulenJohnson,
+                shen_hedrick_elkins::ShenHedrickElkins,
+                polach::Polach,
+            }
+            rolling {
+                nonlinear_conicity::NonlinearConicity,
+                gauge_conicity::GaugeConicity,
+                rolling_line_offset::RollingLineOffset,
+                rolling_line::RollingLine,
+            }
+            other {
+                profile_shape::ProfileShape,
+                rail_flexibility::RailFlexibility,
+                coach_mode::CoachMode,
+                sensor_delay::SensorDelay,
+                sensor_gain::SensorGain,
+                sensor_offset::SensorOffset,
+            }
+        }
+    };
+}
+
 mod polyline;
+pub mod law;
 pub mod effect;
 pub mod port;
+pub mod placed;
 #[cfg(test)]
 mod laws;
 
 use crate::error::Error;
 use crate::simd::{Dual, Lanes, Part, Portable};
-use effect::{Creep, Creeping, Effect, Flanging, Force, Numbers, Record, Rolling, RollingRadius, Site, Slopes};
+use effect::{Creep, Creeping, Effect, Force, Numbers, Record, Site, Slopes};
+pub use placed::PlacedLaw;
 
 macro_rules! catalogue {
     (force { $($(#[$condition:meta])* $f:ident::$force:ident $(= $default:literal)? $(| $choice:ident = $word:literal)*,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
@@ -70,33 +121,6 @@ macro_rules! catalogue {
                 }
             }
 
-            /// F of a force, and x' of its own state into dx; other laws make none.
-            #[inline(always)]
-            pub fn force<P: Part>(self, p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P {
-                match self {
-                    $($(#[$condition])* Law::$force => <$f::$force as Force>::force(p, z, v, s, x, dx), $(Law::$choice => <$f::$choice as Force>::force(p, z, v, s, x, dx),)*)*
-                    _ => P::zero(),
-                }
-            }
-
-            /// F of a force at the contact of a wheelset, with the gauge deviation there.
-            #[inline(always)]
-            pub fn at_contact<P: Part>(self, p: Numbers<'_>, e: P, v: P, s: f64, gauge: f64) -> P {
-                match self {
-                    $($(#[$condition])* Law::$force => <$f::$force as Force>::at_contact(p, e, v, s, gauge), $(Law::$choice => <$f::$choice as Force>::at_contact(p, e, v, s, gauge),)*)*
-                    _ => P::zero(),
-                }
-            }
-
-            /// Creep forces of a flange, and friction times creepage.
-            #[inline(always)]
-            pub fn friction<P: Part>(self, p: Numbers<'_>, of: &Flanging<P>) -> ([P; 2], P) {
-                match self {
-                    $($(#[$condition])* Law::$force => <$f::$force as Force>::friction(p, of), $(Law::$choice => <$f::$choice as Force>::friction(p, of),)*)*
-                    _ => ([P::zero(); 2], P::zero()),
-                }
-            }
-
             /// Does it slide with friction at a contact?
             pub fn slides(self, p: &[f64]) -> bool {
                 match self {
@@ -144,88 +168,11 @@ macro_rules! catalogue {
                     _ => false,
                 }
             }
-
-            /// T_x, T_y of N wheels; those of the linear law where this is none of creep.
-            #[inline(always)]
-            pub fn creep<P: Part, const N: usize>(self, p: Numbers<'_>, wheels: &[Creeping<P>; N]) -> [[P; 2]; N] {
-                match self {
-                    $(Law::$creep => creep_of::<$c::$creep, P, N>(p, wheels),)*
-                    _ => linear_of(wheels),
-                }
-            }
-
-            /// Contribution of a law of the rolling radii to their difference.
-            #[inline(always)]
-            pub fn roll<P: Part>(self, p: Numbers<'_>, alpha: P, gauge: P, s: f64, to: &mut RollingRadius<P>) {
-                match self {
-                    $(Law::$roll => <$r::$roll as Rolling>::roll(p, alpha, gauge, s, to),)*
-                    _ => {}
-                }
-            }
         }
     };
 }
 
-catalogue! {
-    force {
-        spring::Spring,
-        viscous_damper::ViscousDamper,
-        free_play::FreePlay,
-        cubic_stiffness::CubicStiffness,
-        quadratic_stiffness::QuadraticStiffness,
-        bump_stop::BumpStop,
-        dry_friction::DryFriction,
-        hysteresis::Hysteresis,
-        quadratic_damper::QuadraticDamper,
-        asymmetric_damper::AsymmetricDamper,
-        maxwell_damper::MaxwellDamper,
-        flange_contact::FlangeContact | FlangeContactInGauge = "gauge",
-        run_out::RunOut,
-        steady_force::SteadyForce,
-        // a law outside of this folder: see build.rs
-        #[cfg(more_effects)]
-        more::More,
-        measured_force::MeasuredForce = "z" | MeasuredForceOfSpeed = "v" | MeasuredForceOfDistance = "s",
-    }
-    creep {
-        creep_saturation::CreepSaturation,
-        vermeulen_johnson::VermeulenJohnson,
-        shen_hedrick_elkins::ShenHedrickElkins,
-        polach::Polach,
-    }
-    rolling {
-        nonlinear_conicity::NonlinearConicity,
-        gauge_conicity::GaugeConicity,
-        rolling_line_offset::RollingLineOffset,
-        rolling_line::RollingLine,
-    }
-    other {
-        profile_shape::ProfileShape,
-        rail_flexibility::RailFlexibility,
-        coach_mode::CoachMode,
-        sensor_delay::SensorDelay,
-        sensor_gain::SensorGain,
-        sensor_offset::SensorOffset,
-    }
-}
-
-#[inline(always)]
-fn linear_of<P: Part, const N: usize>(wheels: &[Creeping<P>; N]) -> [[P; 2]; N] {
-    let mut forces = [[P::zero(); 2]; N];
-    for i in 0..N {
-        forces[i] = [wheels[i].tx, wheels[i].ty];
-    }
-    forces
-}
-
-#[inline(always)]
-fn creep_of<C: Creep, P: Part, const N: usize>(p: Numbers<'_>, wheels: &[Creeping<P>; N]) -> [[P; 2]; N] {
-    let mut forces = linear_of(wheels);
-    for i in 0..N {
-        forces[i] = C::forces(p, &wheels[i]);
-    }
-    forces
-}
+laws!(catalogue);
 
 impl Law {
     /// Creep forces of one wheel of a law with its parameters.
@@ -255,10 +202,6 @@ impl Law {
     pub fn named(key: &str) -> Option<Law> {
         CATALOGUE.iter().copied().find(|law| law.record().key == key)
     }
-
-    /// Elements of vehicles that are laws: a spring and a damper in series, a stop.
-    pub const SERIES: Law = Law::MaxwellDamper;
-    pub const STOP: Law = Law::BumpStop;
 }
 
 /// Derivatives with respect to motion, speed and own state.
@@ -267,57 +210,4 @@ pub struct Derivatives {
     pub z: f64,
     pub v: f64,
     pub x: f64,
-}
-
-/// A law at one port with the numbers of sixteen vehicles.
-#[derive(Clone, Debug)]
-pub struct PlacedLaw {
-    pub law: Law,
-    pub row: Vec<(usize, Lanes)>,
-    /// The row through which the force returns: that of the motion, except where the motion is prescribed.
-    pub reaction: Vec<(usize, Lanes)>,
-    /// That row over the masses: what the force accelerates.
-    pub pushes: Vec<(usize, Lanes)>,
-    /// Terms of the input table in z; the speed times the next column is their rate.
-    pub inputs: Vec<(usize, Lanes)>,
-    pub lanes: Vec<Lanes>,
-    pub alpha: Lanes,
-    pub state: usize,
-    pub has_state: bool,
-    /// All amounts are one: nothing to blend.
-    pub acts_fully: bool,
-    pub looks_at_speed: bool,
-    pub is_of_distance: bool,
-}
-
-impl PlacedLaw {
-    /// At a port, or at a contact that needs no row; its own states begin at `state`.
-    pub fn new(
-        law: Law,
-        row: Vec<(usize, Lanes)>,
-        inputs: Vec<(usize, Lanes)>,
-        lanes: Vec<Lanes>,
-        alpha: Lanes,
-        state: usize,
-    ) -> Self {
-        PlacedLaw {
-            law,
-            reaction: row.clone(),
-            row,
-            pushes: Vec::new(),
-            inputs,
-            lanes,
-            alpha,
-            state,
-            has_state: law.record().states > 0,
-            acts_fully: alpha.0.iter().all(|a| *a == 1.0),
-            looks_at_speed: law.looks_at_speed(),
-            is_of_distance: law.is_of_distance(),
-        }
-    }
-
-    #[inline(always)]
-    pub fn numbers(&self, at: usize) -> Numbers<'_> {
-        Numbers { lanes: &self.lanes, at }
-    }
 }

@@ -4,12 +4,13 @@ use crate::simd::Part;
 
 /// Do numbers describe a curve: the count n, n places that rise, n values?
 pub fn counts(p: &[f64]) -> bool {
-    p.len() > 2 && p.len() % 2 == 1 && p.len() / 2 == p[0] as usize
+    matches!(p, [count, points @ ..] if points.len() > 1 && points.len() == 2 * *count as usize)
 }
 
 /// The places and the values.
 pub fn points(p: &[f64]) -> (&[f64], &[f64]) {
-    p[1..].split_at(p[0] as usize)
+    let [count, points @ ..] = p else { return (&[], &[]) };
+    points.split_at(*count as usize)
 }
 
 /// The first value, then per interval where it begins, its width and its slope; the whole curve further on by `shift`.

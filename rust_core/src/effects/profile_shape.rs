@@ -1,6 +1,6 @@
 //! Shape of the measured profiles: rolling radii and contact angles against the displacement, as they are.
 use super::effect::*;
-use crate::numeric::profile_table;
+use crate::numeric::profile_spline;
 
 /// (r_1 - r_2)/2 = lambda (S(e) + dS/dg(e) g), b (gamma_1 - gamma_2)/2 = epsilon T(e), from measured profiles
 pub struct ProfileShape;
@@ -30,11 +30,11 @@ impl Effect for ProfileShape {
     };
 
     fn counts(p: &[f64]) -> bool {
-        p.len() > 8 && (p.len() - 3) as f64 == 3.0 * p[0] && p[2] > 0.0
+        matches!(p, [count, _, step, values @ ..] if values.len() > 5 && values.len() as f64 == 3.0 * count && *step > 0.0)
     }
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
-        let steepest = profile_table::steepest_angle(p);
+        let steepest = profile_spline::steepest_angle(p);
         Slopes { stiffness: site.gravitational * (steepest - 1.0).max(0.0), ..Slopes::default() }
     }
 }

@@ -3,7 +3,9 @@
 pub mod step_count;
 pub mod ride_statistics;
 pub mod recorder;
-pub mod divergence;
+pub mod sample;
+pub mod sampling;
 pub mod rk4;
+pub mod steps;
 pub mod run;
 pub mod comparison;

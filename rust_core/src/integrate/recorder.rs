@@ -29,7 +29,7 @@ pub struct Series {
     /// Vehicles side by side: as few as the widest part takes at once, so that the series stay in the cache.
     pub width: usize,
     /// [channel][sample][lane]
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
 }
 
 impl Series {
@@ -59,12 +59,6 @@ impl Series {
 
     pub fn value(&self, channel: usize, k: usize, lane: usize) -> f64 {
         self.values[(channel * self.samples + k) * self.width + lane]
-    }
-
-    /// The lanes of a channel from `at` on at a sample.
-    #[inline(always)]
-    pub fn lanes_mut(&mut self, channel: usize, k: usize, at: usize) -> &mut [f64] {
-        &mut self.values[(channel * self.samples + k) * self.width + at..]
     }
 
     /// Zero from where the lane's channels leave every scale: what overflows here would be NaN behind a filter.

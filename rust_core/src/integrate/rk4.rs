@@ -1,11 +1,9 @@
 //! A part of the lanes on its way: the states and slopes of a step of RK4, and what watches them.
-use crate::integrate::divergence::check_divergence;
 use crate::integrate::recorder::Recorder;
-use crate::integrate::ride_statistics::RideAccumulator;
-use crate::rate::forms::Rate;
-use crate::simd::{LANES, Lanes, Part};
-use crate::vehicle::channels::Signal;
-use crate::vehicle::group::{Group, STATES};
+use crate::integrate::sample::{RideAccumulator, Signal};
+use crate::rate::Rate;
+use crate::simd::{Lanes, Part, STATES};
+use crate::vehicle::group::Group;
 
 /// The states of a step, set apart: at distances of 4096 bytes loads and stores would take each other for the same, and
 /// all would want the same few lines of the first cache.
@@ -69,14 +67,15 @@ impl<'a, P: Part, M: Rate<P>> Rk4Part<'a, P, M> {
         let watching = match recorder {
             Recorder::RideSums(sums) => PartRecorder::RideSums(RideAccumulator::new(sums, group, at)),
             Recorder::Series(_) => {
-                PartRecorder::Series(group.readings.iter().map(|reading| reading.part(at)).collect())
+                PartRecorder::Series(group.readings.iter().map(|reading| Signal::of(reading, at)).collect())
             }
         };
         Rk4Part { at, moving, ahead: [P::zero(); 3], sixth: [P::zero(); 2], room, watching }
     }
 
     #[inline(always)]
-    fn set_step(&mut self, h: P) {
+    pub fn set_step(&mut self, h: &Lanes) {
+        let h = P::load(h, self.at);
         let half = h * P::splat(0.5);
         let sixth = h * P::splat(1.0 / 6.0);
         (self.ahead, self.sixth) = ([half, half, h], [sixth, sixth * h]);
@@ -111,23 +110,18 @@ impl<'a, P: Part, M: Rate<P>> Rk4Part<'a, P, M> {
         }
     }
 
-    /// Check the lanes for divergence at this sample, and set the step h of all.
-    #[inline(always)]
-    pub fn check_divergence(
-        &mut self,
-        group: &Group,
-        k: usize,
-        row: &[f64],
-        h: &mut Lanes,
-        diverged_at: &mut [Option<usize>; LANES],
-    ) {
-        check_divergence(group, self.at, k, row, &mut self.room.states[0].0, h, diverged_at);
-        self.set_step(P::load(h, self.at));
-    }
-
+    /// Hold own states within their largest magnitude.
     #[inline(always)]
     pub fn clamp_own_states(&mut self, group: &Group) {
-        group.clamp_own_states(self.at, &mut self.room.states[0].0);
+        let x = &mut self.room.states[0].0;
+        for (i, limit) in &group.clamped_states {
+            x[i % STATES] = x[i % STATES].clamp(P::load(limit, self.at));
+        }
+    }
+
+    /// The state of the lanes, and where they begin.
+    pub fn state(&mut self) -> (usize, &mut [P; STATES]) {
+        (self.at, &mut self.room.states[0].0)
     }
 
     /// To the velocities and own states where the next slope is taken, and to the positions where that after it is taken.

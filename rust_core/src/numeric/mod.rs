@@ -2,5 +2,5 @@
 pub mod spline;
 pub mod biquad;
 pub mod profile_table;
-pub mod place;
+pub mod profile_spline;
 pub mod sparse_rows;

@@ -3,133 +3,65 @@
 //! The same forces as those of the general path in another order, made ready for one part of the lanes: every factor
 //! side by side with the next, divided by its mass; the springs that hold a wheelset itself joined with its gravitation;
 //! what the track alone does is summed once per row of the input table.
-use crate::effects::port::Port;
-use crate::numeric::place::Place;
-use crate::rate::blocks::Row;
-use crate::rate::suspension::{Suspension, TrackRows};
-use crate::simd::{LANES, Lanes, Part};
-use crate::vehicle::group::{Group, STATES};
-use crate::wheel_rail::contact::{AtSpeed, Contact, Displacement, Motion, under};
+use crate::effects::port::{self, Port};
+use crate::numeric::sparse_rows::COLUMNS;
+use crate::rate::Rate;
+use crate::simd::{Part, Place, STATES};
+use crate::wheel_rail::coefficients::Contact;
+use crate::wheel_rail::contact::{AtSpeed, Displacement, Motion, under};
+use std::marker::PhantomData;
 
-/// A part of the lanes of a group.
-pub struct FusedVehicle<'a, P> {
-    group: &'a Group,
-    at: usize,
-    pub track: TrackRows<P>,
-    pub suspension: Suspension<P>,
-    wheelsets: Vec<Wheels<P>>,
-    /// Those that differ: less to keep in the first cache.
-    contacts: Vec<(Contact<P>, AtSpeed<P>)>,
-    stops: Vec<Stop<'a, P>>,
-    ports: Vec<Port<'a, P>>,
-    speed: f64,
+/// A part of the lanes of a group, with or without laws at the contacts, in a structure; in one that is known saturations act
+/// in full.
+pub struct FusedVehicle<'a, P, const LAWS: bool, S> {
+    /// Degrees of freedom, states.
+    pub(super) size: (usize, usize),
+    pub(super) track: Packed<P, Table>,
+    pub(super) wheel_rows: Packed<P, State>,
+    /// Of all else, and the deflections of the stops: these go to unused entries of dx.
+    pub(super) body_rows: Packed<P, State>,
+    pub(super) wheelsets: Vec<Wheels<P>>,
+    /// One per wheelset; those that are alike share one: less to keep in the first cache.
+    pub(super) contacts: Vec<(Contact<P>, AtSpeed<P>)>,
+    pub(super) stops: Vec<Stop<'a, P>>,
+    pub(super) ports: Vec<Port<'a, P>>,
+    /// Share of the speed, and its inverse.
+    pub(super) scales: [P; 2],
+    pub(super) speed: f64,
     /// The sums of `track` at this row of the table.
-    prepared: [P; STATES],
-    prepared_at: usize,
+    pub(super) prepared: [P; STATES],
+    pub(super) prepared_at: usize,
+    pub(super) structure: PhantomData<S>,
 }
 
 /// A wheelset in its suspension.
-struct Wheels<P> {
+pub(super) struct Wheels<P> {
     /// y, psi, y', psi'
-    places: [Place<P>; 4],
-    contact: usize,
+    pub(super) places: [Place<P>; 4],
+    pub(super) contact: usize,
     /// Its acceleration per y' by dampers.
-    damping: P,
+    pub(super) damping: P,
     /// First of the columns of its track.
-    column: usize,
+    pub(super) column: usize,
     /// At the row of the table where `prepared` is: y_w + r phi_w, and what the slopes of the track add to t_y.
-    line: P,
-    slopes: P,
+    pub(super) line: P,
+    pub(super) slopes: P,
 }
 
 /// A stop whose deflection is an entry of dx. Contact is rare: only then it acts.
-struct Stop<'a, P> {
-    gap: P,
-    port: Port<'a, P>,
+pub(super) struct Stop<'a, P> {
+    pub(super) gap: P,
+    pub(super) port: Port<'a, P>,
 }
 
-/// Rounding leaves at most this share of the largest term of a row where equal and opposite springs cancel.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
-
-/// Entry of `prepared` that stays unused.
-const UNUSED_INDEX: usize = STATES - 1;
-
-impl<'a, P: Part> FusedVehicle<'a, P> {
-    /// Of a group that has these fused contacts.
-    #[inline(always)]
-    pub fn new(group: &'a Group, contacts: &[Contact<Lanes>], at: usize) -> Self {
-        let n = group.dofs;
-        let (mut rows, mut track) = (Vec::new(), Vec::new());
-        for row in 0..n {
-            let per_mass = |(i, a): (usize, &Lanes)| (i, times(a, &group.inv_mass[row]));
-            rows.push(drop_cancelled_terms(group.matrix.state_of(row).map(per_mass)));
-            track.push(group.matrix.inputs_of(row).map(per_mass).collect::<Vec<_>>());
-        }
-        // what holds a wheelset itself goes with its contact
-        let mut sprung = Vec::new();
-        for (wheelset, contact) in group.wheelsets.iter().zip(contacts) {
-            let [lateral, yaw] = [wheelset.y, wheelset.psi].map(|dof| minus(&taken(&mut rows[dof], dof)));
-            sprung.push((contact.with_springs(&lateral, &yaw), lateral));
-        }
-        let (mut wheelsets, mut parts) = (Vec::new(), Vec::new());
-        for (i, (wheelset, (contact, lateral))) in group.wheelsets.iter().zip(&sprung).enumerate() {
-            let (y, psi, column) = (wheelset.y, wheelset.psi, wheelset.column);
-            // gravitation, and the springs of a wheelset on the centre line
-            add(&mut track[y], column, &minus(lateral));
-            add(&mut track[y], column + 2, &contact.leaning(lateral));
-            let damping = P::load(&taken(&mut rows[y], n + y), at);
-            let which = sprung.iter().position(|(other, _)| other == contact).unwrap_or(i);
-            let places = [y, psi, n + y, n + psi].map(Place::new);
-            let none = P::zero();
-            wheelsets.push(Wheels { places, contact: which, damping, column, line: none, slopes: none });
-            let part = contact.part(at);
-            let at_speed = part.at_speed(none, none);
-            parts.push((part, at_speed));
-        }
-        let prepared = track.into_iter().enumerate().filter(|(_, row)| !row.is_empty());
-        let track: Vec<Row> = prepared.map(|(i, row)| ([i, i], row)).collect();
-        let rows = rows.into_iter().enumerate().map(|(i, row)| ([n + i, i], row));
-        let of_wheelset = |([_, i], _): &Row| group.wheelsets.iter().any(|w| w.y == *i || w.psi == *i);
-        let (wheel_rows, mut rows): (Vec<_>, Vec<_>) = rows.partition(of_wheelset);
-        let (stops, ports) = Self::laws(group, at, &mut rows);
-        FusedVehicle {
-            group,
-            at,
-            track: TrackRows::new(group, track, at),
-            suspension: Suspension::new(group, &wheel_rows, &rows, stops.len(), at),
-            wheelsets,
-            contacts: parts,
-            stops,
-            ports,
-            speed: f64::NAN,
-            prepared: [P::zero(); STATES],
-            prepared_at: usize::MAX,
-        }
-    }
-
-    /// The laws at the suspensions; the rows of the stops' deflections go to `rows`.
-    #[inline(always)]
-    fn laws(group: &'a Group, at: usize, rows: &mut Vec<Row>) -> (Vec<Stop<'a, P>>, Vec<Port<'a, P>>) {
-        let (mut stops, mut ports) = (Vec::new(), Vec::new());
-        for law in &group.forces {
-            let port = Port::new(law, &law.pushes, group.dofs, &group.speed_scale, at);
-            if law.law.is_stop() && law.inputs.is_empty() && stops.len() < group.dofs {
-                rows.push(([stops.len(), UNUSED_INDEX], law.row.clone()));
-                stops.push(Stop { gap: P::load(&law.lanes[0], at), port });
-            } else {
-                ports.push(port);
-            }
-        }
-        (stops, ports)
-    }
-
+impl<P: Part, const LAWS: bool, S: Structure> FusedVehicle<'_, P, LAWS, S> {
     #[inline(always)]
     fn prepare_row(&mut self, index: usize, row: &[f64]) {
         if row[1] != self.speed {
             self.set_speed(row[1]);
         }
         self.prepared_at = index;
-        self.track.prepare_row(row, &mut self.prepared);
+        S::track(&self.track, row, &mut self.prepared);
         for wheels in &mut self.wheelsets {
             let (contact, _) = &self.contacts[wheels.contact];
             let track = under(row, wheels.column);
@@ -141,49 +73,24 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
     fn set_speed(&mut self, speed: f64) {
         self.speed = speed;
         self.track.set_speed(speed);
-        let v = P::splat(speed) * P::load(&self.group.speed_scale, self.at);
-        let per_v = P::splat(1.0 / speed) * P::load(&self.group.inv_speed_scale, self.at);
+        let [share, inv_share] = self.scales;
+        let (v, per_v) = (P::splat(speed) * share, P::splat(1.0 / speed) * inv_share);
         for (contact, at_speed) in &mut self.contacts {
             *at_speed = contact.at_speed(v, per_v);
         }
     }
 
-    /// dx[n ..] = accelerations and rates of own states at a row of the input table; x has room behind its states.
-    #[inline(always)]
-    pub fn rate<const LAWS: bool, const WHOLE: bool>(
-        &mut self,
-        index: usize,
-        row: &[f64],
-        x: &mut [P; STATES],
-        dx: &mut [P; STATES],
-    ) {
-        if index != self.prepared_at {
-            self.prepare_row(index, row);
-        }
-        self.suspension.wheelsets(x, &self.prepared, dx);
-        for wheels in &self.wheelsets {
-            self.touch::<LAWS, WHOLE>(wheels, x, dx);
-        }
-        // a contact is a long chain: these rows fill the time that its square roots take
-        self.suspension.bodies(x, &self.prepared, dx);
-        for (i, stop) in self.stops.iter_mut().enumerate() {
-            if dx[i & 63].abs().any_from(stop.gap) {
-                stop.port.act(index, row, x, dx);
-            }
-        }
-        for port in &mut self.ports {
-            port.act(index, row, x, dx);
-        }
-    }
-
     /// Add the contact forces of a wheelset to its suspension.
     #[inline(always)]
-    fn touch<const LAWS: bool, const WHOLE: bool>(&self, wheels: &Wheels<P>, x: &[P; STATES], dx: &mut [P; STATES]) {
+    fn touch(&self, wheels: &Wheels<P>, x: &[P; STATES], dx: &mut [P; STATES]) {
         let Wheels { places: [y, psi, vy, vpsi], contact, damping, line, slopes, .. } = wheels;
         let (contact, at_speed) = &self.contacts[*contact];
         let motion = Motion { y: y.of(x) - *line, psi: psi.of(x), vy: vy.of(x), vpsi: vpsi.of(x) };
         let slip = contact.slip::<true>(at_speed, &Displacement::linear(motion.y), &motion, *slopes);
-        let factors = contact.factors::<LAWS, WHOLE, true>(&slip);
+        let factors = match S::SIZE {
+            Some(_) => contact.factors::<LAWS, true, true>(&slip),
+            None => contact.factors::<LAWS, false, true>(&slip),
+        };
         let given = [damping.mul_add(motion.vy, vy.of(dx)), vpsi.of(dx)];
         let [a_y, a_psi] = contact.touch::<LAWS, true>(at_speed, &motion, &slip, factors, given);
         vy.put(dx, a_y);
@@ -191,36 +98,208 @@ impl<'a, P: Part> FusedVehicle<'a, P> {
     }
 }
 
-/// The terms of a row that are more than what rounding leaves of equal and opposite springs, vehicle by vehicle.
-fn drop_cancelled_terms(terms: impl Iterator<Item = (usize, Lanes)>) -> Vec<(usize, Lanes)> {
-    let mut terms: Vec<_> = terms.collect();
-    for l in 0..LANES {
-        let least = ROUNDING * terms.iter().map(|(_, a)| a.0[l].abs()).fold(0.0, f64::max);
-        for (_, a) in &mut terms {
-            if a.0[l].abs() <= least {
-                a.0[l] = 0.0;
+impl<P: Part, const LAWS: bool, S: Structure> Rate<P> for FusedVehicle<'_, P, LAWS, S> {
+    #[inline(always)]
+    fn size(&self) -> (usize, usize) {
+        S::SIZE.unwrap_or(self.size)
+    }
+
+    #[inline(always)]
+    fn rate(&mut self, index: usize, row: &[f64], x: &mut [P; STATES], dx: &mut [P; STATES]) {
+        if index != self.prepared_at {
+            self.prepare_row(index, row);
+        }
+        S::wheelsets(&self.wheel_rows, x, &self.prepared, dx);
+        for wheels in &self.wheelsets {
+            self.touch(wheels, x, dx);
+        }
+        // a contact is a long chain: these rows fill the time that its square roots take
+        S::bodies(&self.body_rows, x, &self.prepared, dx);
+        for (i, stop) in self.stops.iter_mut().enumerate() {
+            if dx[i % STATES].abs().any_from(stop.gap) {
+                port::act(std::slice::from_mut(&mut stop.port), index, row, x, dx);
             }
         }
+        port::act(&mut self.ports, index, row, x, dx);
     }
-    terms.retain(|(_, a)| !a.is_zero());
-    terms
 }
 
-/// The factor of a row at a place, which leaves the row.
-fn taken(row: &mut Vec<(usize, Lanes)>, place: usize) -> Lanes {
-    row.iter().position(|(i, _)| *i == place).map_or(Lanes::ZERO, |k| row.remove(k).1)
+/// Rows over the places of a [`State`] or a [`Table`] in blocks: what a place holds is loaded once for all rows of a block
+/// that read it, a factor once for all that have it. Terms are summed one by one in the order of their columns: a zero term
+/// changes no digit, whichever other vehicle needs it.
+#[derive(Clone, Debug)]
+pub struct Packed<P, V> {
+    /// Block after block in steps of two terms: a factor per term and row, an offset per term and time (see [`Places`]).
+    pub(super) factors: Vec<P>,
+    pub(super) offsets: Vec<u32>,
+    pub(super) quads: Vec<Head<P, 2, 2>>,
+    pub(super) twins: Vec<Head<P, 2, 1>>,
+    pub(super) likes: Vec<Head<P, 1, 2>>,
+    pub(super) singles: Vec<Head<P, 1, 1>>,
+    /// Factors that the speed multiplies: which, and the factor at 1 m/s.
+    pub(super) moved: Vec<(usize, P)>,
+    /// Places that hold the opposite of others: of which, and where.
+    pub(super) opposites: Vec<[Place<P>; 2]>,
+    pub(super) over: PhantomData<V>,
 }
 
-/// More of a factor at a place of a row.
-fn add(row: &mut Vec<(usize, Lanes)>, place: usize, more: &Lanes) {
-    let old = taken(row, place);
-    row.push((place, Lanes::from_fn(|l| old.0[l] + more.0[l])));
+/// A block of N rows, M times: where its sums go and where they start from, and its number of steps.
+#[derive(Clone, Debug)]
+pub(super) struct Head<P, const N: usize, const M: usize> {
+    pub(super) to: [[Place<P>; N]; M],
+    pub(super) from: [[Place<P>; N]; M],
+    pub(super) steps: usize,
 }
 
-fn minus(a: &Lanes) -> Lanes {
-    Lanes(a.0.map(|a| -a))
+impl<P: Part, V: Places<P>> Packed<P, V> {
+    /// to[..] = from[..] (or none) + the sum of every row.
+    #[inline(always)]
+    pub fn sums(&self, values: &V::Values, from: Option<&[P; STATES]>, to: &mut [P; STATES]) {
+        let mut next = (self.factors.as_ptr(), self.offsets.as_ptr());
+        next = Self::blocks(&self.quads, next, values, from, to);
+        next = Self::blocks(&self.twins, next, values, from, to);
+        next = Self::blocks(&self.likes, next, values, from, to);
+        Self::blocks(&self.singles, next, values, from, to);
+    }
+
+    // adapters and closures of the library need not be compiled for the level: plain loops over indices are
+    #[allow(clippy::needless_range_loop)]
+    #[inline(always)]
+    fn blocks<const N: usize, const M: usize>(
+        heads: &[Head<P, N, M>],
+        (mut factors, mut offsets): (*const P, *const u32),
+        values: &V::Values,
+        from: Option<&[P; STATES]>,
+        to: &mut [P; STATES],
+    ) -> (*const P, *const u32) {
+        for head in heads {
+            let mut sums = [[P::zero(); N]; M];
+            if let Some(from) = from {
+                for m in 0..M {
+                    for n in 0..N {
+                        sums[m][n] = head.from[m][n].of(from);
+                    }
+                }
+            }
+            for _ in 0..head.steps {
+                for k in 0..2 {
+                    for m in 0..M {
+                        // SAFETY: the heads count as many steps of two terms as there are
+                        let value = V::at(values, unsafe { *offsets.add(k * M + m) });
+                        for n in 0..N {
+                            sums[m][n] = unsafe { *factors.add(k * N + n) }.mul_add(value, sums[m][n]);
+                        }
+                    }
+                }
+                (factors, offsets) = unsafe { (factors.add(2 * N), offsets.add(2 * M)) };
+            }
+            for m in 0..M {
+                for n in 0..N {
+                    head.to[m][n].put(to, sums[m][n]);
+                }
+            }
+        }
+        (factors, offsets)
+    }
 }
 
-fn times(a: &Lanes, b: &Lanes) -> Lanes {
-    Lanes::from_fn(|l| a.0[l] * b.0[l])
+impl<P: Part> Packed<P, State> {
+    /// Puts opposites behind the states, before [`Packed::sums`].
+    #[inline(always)]
+    pub fn oppose(&self, x: &mut [P; STATES]) {
+        for [of, to] in &self.opposites {
+            to.put(x, -of.of(x));
+        }
+    }
 }
+
+impl<P: Part> Packed<P, Table> {
+    /// At this speed [m/s], before [`Packed::sums`].
+    #[inline(always)]
+    pub fn set_speed(&mut self, speed: f64) {
+        let speed = P::splat(speed);
+        for (i, factor) in &self.moved {
+            self.factors[*i] = speed * *factor;
+        }
+    }
+}
+
+/// Kind of vector that the columns of a row refer to.
+pub trait Places<P> {
+    type Values: ?Sized;
+    /// Bytes from one place to the next.
+    const SIZE: usize;
+    /// Number of columns.
+    const COUNT: usize;
+    /// Index of the value that a column times the speed refers to.
+    fn still(place: usize) -> usize {
+        place
+    }
+    /// So many bytes behind the first place.
+    fn at(values: &Self::Values, offset: u32) -> P;
+}
+
+/// Positions and velocities.
+#[derive(Clone, Debug)]
+pub struct State;
+
+impl<P: Part> Places<P> for State {
+    type Values = [P; STATES];
+    const SIZE: usize = size_of::<P>();
+    const COUNT: usize = STATES;
+
+    #[inline(always)]
+    fn at(values: &[P; STATES], offset: u32) -> P {
+        // SAFETY: `Packed::new` refuses places from COUNT on; a mask would be vectorised, at a cost
+        debug_assert!((offset as usize) < size_of_val(values));
+        unsafe { *values.as_ptr().byte_add(offset as usize) }
+    }
+}
+
+/// A row of the input table. Products with the speed are one row length further on at most: their factors carry
+/// the speed, see [`Packed::set_speed`].
+#[derive(Clone, Debug)]
+pub struct Table;
+
+impl<P: Part> Places<P> for Table {
+    type Values = [f64];
+    const SIZE: usize = size_of::<f64>();
+    const COUNT: usize = 2 * COLUMNS;
+
+    fn still(place: usize) -> usize {
+        place % COLUMNS
+    }
+
+    #[inline(always)]
+    fn at(row: &[f64], offset: u32) -> P {
+        P::splat(row[offset as usize / size_of::<f64>()])
+    }
+}
+
+/// What is known of a structure when the step loop is compiled: sums of the rows of the wheelsets, of all else, of the track.
+pub trait Structure {
+    /// Degrees of freedom and states, where they are known.
+    const SIZE: Option<(usize, usize)> = None;
+
+    #[inline(always)]
+    fn wheelsets<P: Part>(rows: &Packed<P, State>, x: &[P; STATES], from: &[P; STATES], to: &mut [P; STATES]) {
+        rows.sums(x, Some(from), to);
+    }
+
+    /// x has room behind its states.
+    #[inline(always)]
+    fn bodies<P: Part>(rows: &Packed<P, State>, x: &mut [P; STATES], from: &[P; STATES], to: &mut [P; STATES]) {
+        rows.oppose(x);
+        rows.sums(x, Some(from), to);
+    }
+
+    #[inline(always)]
+    fn track<P: Part>(rows: &Packed<P, Table>, row: &[f64], to: &mut [P; STATES]) {
+        rows.sums(row, None, to);
+    }
+}
+
+/// Any structure: loops over its rows.
+pub struct AnyStructure;
+
+impl Structure for AnyStructure {}

@@ -27,11 +27,6 @@ impl<'a> InputTable<'a> {
         (self.table.len() / self.columns - 1) / (2 * self.steps) + 1
     }
 
-    #[inline(always)]
-    pub fn row(&self, i: usize) -> &[f64] {
-        &self.table[i * self.columns..(i + 1) * self.columns]
-    }
-
     pub fn check(&self, columns: usize) -> Result<()> {
         expect_len("columns of the input table", self.columns, columns)?;
         let rows = self.table.len() / self.columns.max(1);

@@ -147,6 +147,7 @@ impl Part for Counted {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::Elementary;
 
     #[test]
     fn every_operation_of_an_expression_is_counted_once() {

@@ -161,6 +161,7 @@ impl<P: Part> Part for Dual<P> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simd::Elementary;
 
     /// The value and the derivative of a function at four places.
     fn at(places: [f64; 4], f: impl Fn(Dual<Portable>) -> Dual<Portable>) -> ([f64; 4], [f64; 4]) {

@@ -1,10 +1,8 @@
 //! Which instructions the machine has, and work compiled for each.
 use super::Part;
-#[cfg(target_arch = "x86_64")]
-use super::intel::{V3, V4};
-#[cfg(target_arch = "x86_64")]
-use super::pair::Pair;
 use super::portable::Portable;
+#[cfg(target_arch = "x86_64")]
+use super::registers::{Pair, V3, V4};
 use std::sync::OnceLock;
 
 /// SIMD level of the processor; digits may differ in the last place between levels, not within one.

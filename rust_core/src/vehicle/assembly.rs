@@ -2,7 +2,7 @@
 use crate::effects::Law;
 use crate::effects::effect::Site;
 use crate::error::{Error, Result};
-use crate::wheel_rail::contact::Wheelset;
+use crate::wheel_rail::coefficients::Wheelset;
 use nalgebra::DMatrix;
 
 /// A symmetric term at a port: its row, stiffness, damping.

@@ -4,14 +4,15 @@ use crate::effects::{Law, PlacedLaw};
 use crate::error::{Error, Result};
 use crate::numeric::profile_table::ShapeLanes;
 use crate::numeric::sparse_rows::{COLUMNS, Rows};
-use crate::simd::{LANES, Lanes};
+use crate::simd::{LANES, Lanes, STATES};
 use crate::vehicle::assembly::{Assembly, Channel, Driven, Order, OwnLaw};
-use crate::vehicle::channels::{Guiding, Reading};
-use crate::vehicle::group::{Group, STATES};
+use crate::vehicle::channels::Reading;
+use crate::vehicle::group::Group;
 use crate::vehicle::kinds::VehicleKind;
 use crate::vehicle::plain_bogie::{DOFS, PlainBogie, Suspension};
 use crate::vehicle::structure::{Placed, Single, Structure, contact_site};
-use crate::wheel_rail::contact::{Contact, ContactNumbers, NO_LIMIT};
+use crate::wheel_rail::coefficients::{Contact, ContactNumbers, NO_LIMIT};
+use crate::wheel_rail::guiding::Guiding;
 use crate::wheel_rail::wheelset::{RailLanes, WheelsetLanes};
 
 /// The vehicles of a group, one per lane, and their numbers.
@@ -139,7 +140,7 @@ impl PlacementSite<'_> {
             Kind::Rolling => wheelset.rolls.push(placed()),
             Kind::Profile => wheelset.shape = Some(ShapeLanes::new(&self.numbers, alpha)),
             Kind::Rail => {
-                let [stiffness, damping] = [0, 1].map(|k| lanes()[k]);
+                let [stiffness, damping] = *placed().first();
                 wheelset.rail = Some(RailLanes { state: group.states, alpha, stiffness, damping });
                 group.states += law.record().states;
             }
@@ -231,11 +232,19 @@ impl SixteenVehicles<'_> {
         let contact = |i: usize, l: usize| {
             let (wheelset, lanes) = (self.vehicles[l].wheelsets[i], &group.wheelsets[i]);
             // as the laws prepare them: clearance and stiffness, 1/(3 mu N)^2
-            let flange = lanes.laws.first().map_or([1.0, 0.0], |f| [f.lanes[0].0[l], f.alpha.0[l] * f.lanes[1].0[l]]);
-            let creep = lanes.creeps.first().filter(|c| c.alpha.0[l] != 0.0);
-            let [limit, share] = creep.map_or([NO_LIMIT, 1.0], |c| [c.lanes[0].0[l].sqrt().recip(), c.alpha.0[l]]);
+            let stop = |law: &PlacedLaw| {
+                let [clearance, stiffness] = law.first();
+                [clearance.0[l], law.alpha.0[l] * stiffness.0[l]]
+            };
+            let saturation = |law: &PlacedLaw| {
+                let [per_square] = law.first();
+                [per_square.0[l].sqrt().recip(), law.alpha.0[l]]
+            };
+            let [clearance, flange] = lanes.laws.first().map_or([1.0, 0.0], stop);
+            let creep = lanes.creeps.first().filter(|creep| creep.alpha.0[l] != 0.0);
+            let [limit, share] = creep.map_or([NO_LIMIT, 1.0], saturation);
             let mass = [wheelset.y, wheelset.psi].map(|dof| self.vehicles[l].mass[dof]);
-            Contact::of(&ContactNumbers { wheelset, mass, limit, share, clearance: flange[0], flange: flange[1] })
+            Contact::of(&ContactNumbers { wheelset, mass, limit, share, clearance, flange })
         };
         Some((0..group.wheelsets.len()).map(|i| Contact::of_lanes(|l| contact(i, l))).collect())
     }

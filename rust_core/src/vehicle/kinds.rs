@@ -4,7 +4,7 @@ use crate::error::{Error, Result, expect_len};
 use crate::vehicle::assembly::{Assembly, LINKAGE, Order, Port, Row};
 use crate::vehicle::bodies::Layout;
 use crate::vehicle::line::{LinePlaces, LineSetup};
-use crate::wheel_rail::contact::Wheelset;
+use crate::wheel_rail::coefficients::Wheelset;
 
 /// The input u(t) of a rig.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

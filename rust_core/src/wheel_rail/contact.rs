@@ -3,167 +3,8 @@
 //! Products of constants are made beforehand. Creep forces are in units of a limit, results are divided by the masses: limit
 //! and masses of one leave forces. Laws of the catalogue enter through [`Displacement`] and [`Pulls`].
 use crate::effects::effect::cubic_saturation;
-use crate::simd::{Dual, Lanes, Part, Portable, coefficients};
-
-/// Numbers of one wheelset: its degrees of freedom, the columns of its track, its contact.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Wheelset {
-    pub y: usize,
-    pub psi: usize,
-    /// First of the columns y_w, dy_w/ds, phi_w, dphi_w/ds, g.
-    pub column: usize,
-    pub lambda: f64,
-    pub kappa_x: f64,
-    pub kappa_y: f64,
-    pub kappa_s: f64,
-    pub epsilon: f64,
-    pub delta: f64,
-    pub sigma: f64,
-    pub n: f64,
-    pub r: f64,
-    pub b: f64,
-    pub i_ya: f64,
-    /// 1/R of the rollers under the wheels [1/m]; 0 on a track.
-    pub roller: f64,
-    /// Distance behind the first wheelset [m].
-    pub behind: f64,
-    /// Column of 1/R under it on a line with curves.
-    pub curvature: Option<usize>,
-}
-
-impl Wheelset {
-    /// With the contact lambda, kappa_x, kappa_y, epsilon, delta, sigma; other numbers are set later.
-    pub fn with_contact([lambda, kappa_x, kappa_y, epsilon, delta, sigma]: [f64; 6]) -> Self {
-        Wheelset { lambda, kappa_x, kappa_y, epsilon, delta, sigma, ..Wheelset::default() }
-    }
-
-    /// 1 where the surface under the wheels moves with y_w, as a roller that is shifted does; 0 on a track.
-    fn moves_with_rails(&self) -> f64 {
-        f64::from(self.roller > 0.0)
-    }
-
-    /// Yaw moment of the normal forces per yaw, over 2 N b: delta, and (b + R delta)/(R + r) on rollers, from whose top
-    /// a yawed wheelset stands off (docs/theory.md).
-    fn turning(&self) -> f64 {
-        (self.b * self.roller + self.delta) / (1.0 + self.r * self.roller)
-    }
-
-    /// Derivatives of Q_y and Q_psi of (3.9) with the gyroscopic moments of (3.10) with respect to y, psi, y', psi' at a
-    /// speed [m/s].
-    pub fn force_slopes(&self, speed: f64) -> [[f64; 4]; 2] {
-        let numbers = Contact::of(&ContactNumbers::in_newtons(*self));
-        let contact = Contact::of_lanes(|_| numbers).part::<Dual<Portable>>(0);
-        let [y, psi, vy, vpsi] = Dual::variables();
-        let motion = Motion { y, psi, vy, vpsi };
-        let at_speed = contact.at_speed(Dual::splat(speed), Dual::splat(1.0 / speed));
-        let at = Displacement { rolled: Dual::splat(self.lambda) * y, ..Displacement::linear(y) };
-        let slip = contact.slip::<true>(&at_speed, &at, &motion, Dual::zero());
-        let outer = contact.gravitation(&at, Dual::zero());
-        let pulls = Pulls::of_factors(&slip, [Dual::splat(1.0); 2]);
-        contact.accelerations(&at_speed, &motion, &pulls, [outer, Dual::zero()]).map(Dual::derivatives)
-    }
-}
-
-/// A wheelset with its saturation and its flange.
-#[derive(Clone, Copy, Debug)]
-pub struct ContactNumbers {
-    pub wheelset: Wheelset,
-    /// Mass and yaw inertia of the wheelset.
-    pub mass: [f64; 2],
-    /// Creep force of the linear law from which on the wheel slides fully, 3 mu N, or [`NO_LIMIT`]; how much of the saturation
-    /// acts.
-    pub limit: f64,
-    pub share: f64,
-    /// Clearance and stiffness of the flange; stiffness 0 where there is none.
-    pub clearance: f64,
-    pub flange: f64,
-}
-
-/// Limit where nothing saturates: so far above every creep force that the factor is one to the last digit.
-pub const NO_LIMIT: f64 = 1e40;
-
-impl ContactNumbers {
-    /// Forces instead of accelerations and units of a limit, per (r_1 - r_2)/2 instead of e; laws are added elsewhere.
-    pub fn in_newtons(wheelset: Wheelset) -> Self {
-        let wheelset = Wheelset { lambda: 1.0, ..wheelset };
-        ContactNumbers { wheelset, mass: [1.0; 2], limit: 1.0, share: 1.0, clearance: 1.0, flange: 0.0 }
-    }
-}
-
-coefficients! {
-    /// The contact of one wheelset of one vehicle, of sixteen, or of a part of these.
-    pub struct Contact {
-        r,
-        /// t_x = along_e e + along_turn psi'/V
-        along_e,
-        along_turn,
-        /// t_y = (across y' + across_turn psi')/V - across_psi psi - across_e e - across_bend (e_gamma - e)
-        /// - across_line dy_w - across_roll dphi_w
-        across,
-        across_turn,
-        across_psi,
-        across_e,
-        across_bend,
-        across_line,
-        across_roll,
-        /// t_y of the right wheel is less by this, of the left one more.
-        angle,
-        /// Of the saturation, how much of it acts, and a third of that.
-        share,
-        share_third,
-        clearance,
-        minus_clearance,
-        /// Accelerations: per phi_w, e (by gravitation and what springs of [`Contact::with_springs`] add), flange deflection,
-        /// unit of creep force, V psi'.
-        pub gravity,
-        gravity_e,
-        flange,
-        creep,
-        gyro,
-        /// Angular accelerations: per unit of creep force, psi (by the contact angle, less what springs of
-        /// [`Contact::with_springs`] take off), V y'.
-        turn,
-        turn_psi,
-        turn_gyro,
-    }
-}
-
-impl Contact<f64> {
-    /// The products of (3.3)-(3.5), (3.8), (3.9).
-    pub fn of(numbers: &ContactNumbers) -> Self {
-        let ContactNumbers { wheelset: w, mass: [mass, inertia], limit, share, clearance, flange } = *numbers;
-        let [kx, ky, ks] = [w.kappa_x, w.kappa_y, w.kappa_s].map(|kappa| kappa * w.n / limit);
-        // phi_i = phi_w - sigma e/b moves the contact point, and gamma/r, on rollers also gamma/R, is spin
-        let (roll, gyro) = (w.r * w.sigma / w.b, w.i_ya * w.sigma / (w.b * w.r));
-        let spin_per_angle = ks / w.r + ks * w.roller;
-        let across_bend = spin_per_angle * w.epsilon / w.b;
-        Contact {
-            r: w.r,
-            along_e: kx * w.lambda / w.r,
-            along_turn: kx * w.b,
-            across: ky * (1.0 + roll),
-            across_turn: ks,
-            across_psi: ky,
-            across_e: across_bend - ks * w.sigma / (w.b * w.r),
-            across_bend,
-            across_line: ky * (roll + w.moves_with_rails()),
-            across_roll: ky * (1.0 + roll) * w.r,
-            angle: spin_per_angle * w.delta,
-            share,
-            share_third: share * (1.0 / 3.0),
-            clearance,
-            minus_clearance: -clearance,
-            gravity: 2.0 * w.n / mass,
-            gravity_e: 2.0 * w.n * w.epsilon / w.b / mass,
-            flange: flange / mass,
-            creep: limit / mass,
-            gyro: gyro / mass,
-            turn: w.b * limit / inertia,
-            turn_psi: 2.0 * w.b * w.n * w.turning() / inertia,
-            turn_gyro: gyro / inertia,
-        }
-    }
-}
+use crate::simd::Part;
+use crate::wheel_rail::coefficients::Contact;
 
 /// The track under a wheelset: y_w, dy_w/ds, phi_w, dphi_w/ds from this column of the input table on.
 #[inline(always)]
@@ -231,50 +72,14 @@ impl<P: Part> Pulls<P> {
 
     /// The forces of the linear law times a factor per wheel.
     #[inline(always)]
-    fn of_factors(slip: &Slip<P>, [f_1, f_2]: [P; 2]) -> Self {
+    pub fn of_factors(slip: &Slip<P>, [f_1, f_2]: [P; 2]) -> Self {
         let Slip { tx, ty: [ty_1, ty_2] } = *slip;
         let g_1 = f_1 * ty_1;
         Pulls { sum: f_2.mul_add(ty_2, g_1), difference: f_2.neg_mul_add(ty_2, g_1), along: (f_1 + f_2) * tx }
     }
 }
 
-impl Contact<Lanes> {
-    /// The contact with the springs of its wheelset added: accelerations per e and psi.
-    pub fn with_springs(mut self, lateral: &Lanes, yaw: &Lanes) -> Self {
-        self.gravity_e = Lanes::from_fn(|l| self.gravity_e.0[l] + lateral.0[l]);
-        self.turn_psi = Lanes::from_fn(|l| self.turn_psi.0[l] - yaw.0[l]);
-        self
-    }
-
-    /// Do both wheels creep alike where the track has no cross-level: without roll and spin creep?
-    pub fn creeps_alike(&self) -> bool {
-        self.across_turn.is_zero() && self.across_line.is_zero()
-    }
-
-    /// Does the saturation act in full in every lane?
-    pub fn acts_fully(&self) -> bool {
-        self.share == Lanes::splat(1.0)
-    }
-
-    /// The acceleration per phi_w by gravitation, and by springs of [`Contact::with_springs`] on the centre line.
-    pub fn leaning(&self, lateral: &Lanes) -> Lanes {
-        Lanes::from_fn(|l| self.gravity.0[l] - lateral.0[l] * self.r.0[l])
-    }
-}
-
 impl<P: Part> Contact<P> {
-    /// True if both wheels creep alike, so that one is computed for both.
-    #[inline(always)]
-    pub fn alike(self) -> Self {
-        Contact { creep: self.creep + self.creep, turn: self.turn + self.turn, ..self }
-    }
-
-    /// kappa_x N/r of a contact [`ContactNumbers::in_newtons`], and kappa_x N.
-    #[inline(always)]
-    pub fn along(&self) -> [P; 2] {
-        [self.along_e, self.along_e * self.r]
-    }
-
     /// At a speed and its inverse.
     #[inline(always)]
     pub fn at_speed(&self, v: P, per_v: P) -> AtSpeed<P> {

@@ -2,10 +2,9 @@
 use crate::effects::PlacedLaw;
 use crate::effects::effect::{Creeping, Flanging, RollingRadius};
 use crate::numeric::profile_table::ShapeLanes;
-use crate::simd::{Lanes, Part};
-use crate::wheel_rail::contact::{
-    AtSpeed, Contact, ContactNumbers, Displacement, Motion, Pulls, Slip, Wheelset, under,
-};
+use crate::simd::{Lanes, Part, STATES, Work};
+use crate::wheel_rail::coefficients::Contact;
+use crate::wheel_rail::contact::{AtSpeed, Displacement, Motion, Pulls, Slip, under};
 
 /// A wheelset of sixteen vehicles and the laws at its contact.
 #[derive(Clone, Debug)]
@@ -13,13 +12,13 @@ pub struct WheelsetLanes {
     pub y: usize,
     pub psi: usize,
     pub column: usize,
-    curvature: Option<usize>,
+    pub(super) curvature: Option<usize>,
     /// In newtons, without conicity, saturation and flange.
-    contact: Contact<Lanes>,
-    lambda: Lanes,
+    pub(super) contact: Contact<Lanes>,
+    pub(super) lambda: Lanes,
     pub r: Lanes,
     /// N delta, which spreads the wheels.
-    spread: Lanes,
+    pub(super) spread: Lanes,
     pub laws: Vec<PlacedLaw>,
     pub creeps: Vec<PlacedLaw>,
     pub rolls: Vec<PlacedLaw>,
@@ -41,7 +40,7 @@ type Touching<'a, P> = &'a (Contact<P>, AtSpeed<P>);
 
 /// Input of the creep laws of both wheels of a wheelset: t_x, the spin parts of t_y, the speed.
 #[derive(Clone, Copy)]
-struct Slipping<P> {
+pub(super) struct Slipping<P> {
     tx: P,
     spin: [P; 2],
     speed: P,
@@ -50,22 +49,22 @@ struct Slipping<P> {
 /// Forces of both wheels on the rails: by gravitation and at the flange, t_x of the linear law, t_x and t_y of the treads as the
 /// creep laws make them (T_x1 = -t_x1, T_x2 = t_x2), u' of the rail, friction at the flanges.
 #[derive(Clone, Copy)]
-struct Touch<P> {
-    gravitation: P,
-    flange: P,
-    linear: P,
-    tx: [P; 2],
-    ty: [P; 2],
-    du: P,
-    friction: Option<SlidingFlanges<P>>,
+pub(super) struct Touch<P> {
+    pub(super) gravitation: P,
+    pub(super) flange: P,
+    pub(super) linear: P,
+    pub(super) tx: [P; 2],
+    pub(super) ty: [P; 2],
+    pub(super) du: P,
+    pub(super) friction: Option<SlidingFlanges<P>>,
 }
 
 /// Creep forces of both wheels at their flanges, of which one touches, and friction times creepage.
 #[derive(Clone, Copy)]
-struct SlidingFlanges<P> {
-    tx: [P; 2],
-    ty: [P; 2],
-    wear: P,
+pub(super) struct SlidingFlanges<P> {
+    pub(super) tx: [P; 2],
+    pub(super) ty: [P; 2],
+    pub(super) wear: P,
 }
 
 impl<P: Part> SlidingFlanges<P> {
@@ -88,25 +87,11 @@ impl<P: Part> SlidingFlanges<P> {
 impl<P: Part> Touch<P> {
     /// Creep forces of both wheels, of treads and flanges.
     #[inline(always)]
-    fn creep(&self) -> ([P; 2], [P; 2]) {
+    pub(super) fn creep(&self) -> ([P; 2], [P; 2]) {
         let (tx, ty) = (self.tx, self.ty);
         let Some(SlidingFlanges { tx: x, ty: y, .. }) = self.friction else { return (tx, ty) };
         ([tx[0] + x[0], tx[1] + x[1]], [ty[0] + y[0], ty[1] + y[1]])
     }
-}
-
-/// Equilibrium of a wheelset in a curve: e, Q_y, Q_psi, the longitudinal creepage of wheel 2, k_r u + Q_y of a rail
-/// that yields, T_x and T_y of the treads of both wheels, friction times creepage at the flange.
-#[derive(Clone, Copy)]
-pub struct Standing<P> {
-    pub e: P,
-    pub q_y: P,
-    pub q_psi: P,
-    pub creepage: P,
-    pub rail: P,
-    pub tx: [P; 2],
-    pub ty: [P; 2],
-    pub flange_wear: P,
 }
 
 /// The rail under the wheelset: k_r u + c_r u' = -Q_y.
@@ -119,45 +104,20 @@ pub struct RailLanes {
 }
 
 impl WheelsetLanes {
-    pub fn new(one: &[Wheelset]) -> Self {
-        let lanes = |f: fn(&Wheelset) -> f64| Lanes::from_fn(|l| f(&one[l]));
-        WheelsetLanes {
-            y: one[0].y,
-            psi: one[0].psi,
-            column: one[0].column,
-            curvature: one[0].curvature,
-            contact: Contact::of_lanes(|l| Contact::of(&ContactNumbers::in_newtons(one[l]))),
-            lambda: lanes(|w| w.lambda),
-            r: lanes(|w| w.r),
-            spread: lanes(|w| w.n * w.delta),
-            laws: Vec::new(),
-            creeps: Vec::new(),
-            rolls: Vec::new(),
-            shape: None,
-            rail: None,
-            has_friction: false,
-        }
-    }
-
-    /// Its contact in newtons, of the lanes from `at` on, at no speed yet.
-    #[inline(always)]
-    pub fn contact<P: Part>(&self, at: usize) -> (Contact<P>, AtSpeed<P>) {
-        self.contact_at(at, P::zero(), P::zero())
-    }
-
     /// Its contact in newtons at a speed and its inverse.
     #[inline(always)]
-    fn contact_at<P: Part>(&self, at: usize, speed: P, inv_speed: P) -> (Contact<P>, AtSpeed<P>) {
+    pub(super) fn contact_at<P: Part>(&self, at: usize, speed: P, inv_speed: P) -> (Contact<P>, AtSpeed<P>) {
         let contact = self.contact.part::<P>(at);
         (contact, contact.at_speed(speed, inv_speed))
     }
 
     /// Motion of the wheelset, and u of the rail under it; x: n degrees of freedom, their rates, own states.
     #[inline(always)]
-    fn motion<P: Part>(&self, n: usize, x: &[P; 64]) -> (Motion<P>, P) {
+    pub(super) fn motion<P: Part>(&self, n: usize, x: &[P; STATES]) -> (Motion<P>, P) {
         let (y, psi) = (self.y, self.psi);
-        let motion = Motion { y: x[y & 63], psi: x[psi & 63], vy: x[(n + y) & 63], vpsi: x[(n + psi) & 63] };
-        (motion, self.rail.as_ref().map_or(P::zero(), |rail| x[rail.state & 63]))
+        let motion =
+            Motion { y: x[y % STATES], psi: x[psi % STATES], vy: x[(n + y) % STATES], vpsi: x[(n + psi) % STATES] };
+        (motion, self.rail.as_ref().map_or(P::zero(), |rail| x[rail.state % STATES]))
     }
 
     /// Adds Q_y, Q_psi and the gyroscopic moments to the forces dx[n ..], and u' where the rail yields.
@@ -168,22 +128,22 @@ impl WheelsetLanes {
         contact: Touching<'_, P>,
         track: &Passing<'_, P>,
         n: usize,
-        x: &[P; 64],
-        dx: &mut [P; 64],
+        x: &[P; STATES],
+        dx: &mut [P; STATES],
     ) {
         let (motion, u) = self.motion(n, x);
         let (q_y, q_psi, du) = self.forces(part, contact, track, &motion, u);
-        let (iy, ipsi) = ((n + self.y) & 63, (n + self.psi) & 63);
+        let (iy, ipsi) = ((n + self.y) % STATES, (n + self.psi) % STATES);
         dx[iy] = dx[iy] + q_y;
         dx[ipsi] = dx[ipsi] + q_psi;
         if let Some(rail) = &self.rail {
-            dx[rail.state & 63] = du;
+            dx[rail.state % STATES] = du;
         }
     }
 
     /// Q_y, Q_psi with the gyroscopic moments, and u' of the rail whose movement is u.
     #[inline(always)]
-    fn forces<P: Part>(
+    pub(super) fn forces<P: Part>(
         &self,
         part: usize,
         contact: Touching<'_, P>,
@@ -196,24 +156,6 @@ impl WheelsetLanes {
         let [q_y, q_psi] =
             contact.accelerations(at_speed, motion, &Pulls::of(tx, ty), [touch.gravitation + touch.flange, P::zero()]);
         (q_y, q_psi, touch.du)
-    }
-
-    /// The guiding forces Y of the right and the left wheel on the rails, to the right.
-    ///
-    /// (3.4) with gamma_1, gamma_2 of (3.8); a flange presses where the wheelset has moved to.
-    #[inline(always)]
-    pub fn guiding<P: Part>(&self, part: usize, track: &Passing<'_, P>, inv_speed: P, n: usize, x: &[P; 64]) -> [P; 2] {
-        let (motion, u) = self.motion(n, x);
-        let contact = self.contact_at(part, track.speed, inv_speed);
-        let touch = self.touch(part, &contact, track, &motion, u);
-        let (flange, (_, [ty_1, ty_2])) = (touch.flange, touch.creep());
-        let (none, half) = (P::zero(), P::splat(0.5));
-        // N (gamma_1 - gamma_2)/2 with the gyroscopic moment, and N (gamma_1 + gamma_2)/2 that spreads the wheels
-        let leaning = half * contact.1.gyro.neg_mul_add(motion.vpsi, -touch.gravitation);
-        let spread = P::load(&self.spread, part);
-        let right = flange.if_less(none, -flange, none);
-        let left = none.if_less(flange, -flange, none);
-        [leaning + spread + ty_1 + right, leaning - spread + ty_2 + left]
     }
 
     /// Displacement of the wheelset relative to the rails under it, through its laws of the rolling radii and its profile.
@@ -239,7 +181,7 @@ impl WheelsetLanes {
 
     /// Forces of the wheels on the rails: creep forces, and other lateral forces.
     #[inline(always)]
-    fn touch<P: Part>(
+    pub(super) fn touch<P: Part>(
         &self,
         part: usize,
         (contact, at_speed): Touching<'_, P>,
@@ -296,80 +238,15 @@ impl WheelsetLanes {
         Touch { gravitation, flange, linear: tx, tx: [tx_1, tx_2], ty: [ty_1, ty_2], du, friction }
     }
 
-    /// Equilibrium of a wheelset at rest in a curve of curvature 1/R without irregularities: turning with
-    /// the curve it has the creepages that docs/theory.md adds, b/R and 1/R, and no gyroscopic moment.
-    pub fn standing<P: Part>(&self, part: usize, row: &[f64], curvature: P, y: P, psi: P, u: P) -> Standing<P> {
-        let g = |l: &Lanes| P::load(l, part);
-        let e = self.rail.as_ref().map_or(y, |rail| g(&rail.alpha).neg_mul_add(u, y));
-        let still = WheelsetLanes { rail: None, curvature: None, ..self.clone() };
-        let (one, track) = (P::splat(1.0), Passing { row, speed: P::splat(1.0) });
-        let at = self.contact_at(part, one, one);
-        let motion = Motion { y: e, psi, vy: P::zero(), vpsi: curvature };
-        let touch = still.touch(part, &at, &track, &motion, P::zero());
-        let (q_y, q_psi, _) = still.forces(part, &at, &track, &motion, P::zero());
-        let (contact, at_speed) = at;
-        let q_y = at_speed.gyro.neg_mul_add(curvature, q_y);
-        let rail = self.rail.as_ref().map_or(P::zero(), |rail| g(&rail.stiffness).mul_add(u, q_y));
-        let [_, kappa_n] = contact.along();
-        let creepage = touch.linear / kappa_n;
-        let flange_wear = touch.friction.map_or(P::zero(), |f| f.wear);
-        Standing { e, q_y, q_psi, creepage, rail, tx: [-touch.tx[0], touch.tx[1]], ty: touch.ty, flange_wear }
-    }
-
-    /// u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage.
-    ///
-    /// `still`: k_r u + Q_y without creep forces; `ty`: those at u' = 0. With saturation the sum's slope lies between
-    /// c_r and c_r + 2 share, which bounds the steps of the secant method; its last step is the square of a small one.
-    /// A converged lane stays, whatever its neighbours do.
-    #[inline(always)]
-    fn yielding<P: Part>(
-        &self,
-        part: usize,
-        damping: P,
-        still: P,
-        share: P,
-        creeps: Option<&Slipping<P>>,
-        ty: [P; 2],
-    ) -> P {
-        let steepest = share.mul_add(P::splat(2.0), damping);
-        let Some(creeps) = creeps else {
-            return (ty[0] + ty[1] - still) / steepest;
-        };
-        let (none, one, half) = (P::zero(), P::splat(1.0), P::splat(0.5));
-        let sum = |du: P| {
-            let (ty_1, ty_2) = (share.neg_mul_add(du, ty[0]), share.neg_mul_add(du, ty[1]));
-            let ([_, ty_1], [_, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
-            damping.mul_add(du, still) - ty_1 - ty_2
-        };
-        let (mut before, mut total_before) = (none, sum(none));
-        let (near, far) = (-total_before / steepest, -total_before / damping);
-        let (mut low, mut high) = (near.min(far), near.max(far));
-        let (mut du, mut on_the_way) = (near, one);
-        for _ in 0..40 {
-            let total = sum(du);
-            low = total.if_less(none, du, low);
-            high = total.if_less(none, high, du);
-            let (apart, smallest) = (du - before, P::splat(1e-300));
-            let secant = (total - total_before) / apart.abs().if_less(smallest, one, apart);
-            let slope = apart.abs().if_less(smallest, steepest, secant.max(damping));
-            let step = du - total / slope;
-            let middle = half * (low + high);
-            let inside = step.if_less(low, middle, high.if_less(step, middle, step));
-            let moved = (inside - du).abs();
-            (before, total_before) = (du, total);
-            du = on_the_way.if_less(half, du, inside);
-            let near_enough = inside.abs().mul_add(P::splat(1e-6), P::splat(1e-12));
-            on_the_way = moved.if_less(near_enough, none, on_the_way);
-            if !on_the_way.any_from(half) {
-                break;
-            }
-        }
-        du
-    }
-
     /// T_x, T_y of both wheels where the linear law gives t_x and t_y.
     #[inline(always)]
-    fn creep_forces<P: Part>(&self, part: usize, slipping: &Slipping<P>, ty_1: P, ty_2: P) -> ([P; 2], [P; 2]) {
+    pub(super) fn creep_forces<P: Part>(
+        &self,
+        part: usize,
+        slipping: &Slipping<P>,
+        ty_1: P,
+        ty_2: P,
+    ) -> ([P; 2], [P; 2]) {
         let one = P::splat(1.0);
         let Slipping { tx, spin, speed } = *slipping;
         let mut wheels =
@@ -391,5 +268,65 @@ impl WheelsetLanes {
             }
         }
         ([wheels[0].tx, wheels[0].ty], [wheels[1].tx, wheels[1].ty])
+    }
+}
+
+/// The contacts of a part of the lanes with any laws, at the present speed.
+pub struct Contacts<'a, P> {
+    wheelsets: &'a [WheelsetLanes],
+    at: usize,
+    terms: Vec<(Contact<P>, AtSpeed<P>)>,
+    /// Speed of the last row of the input table, and that of the lanes.
+    row_speed: f64,
+    speed: P,
+    /// Share of the speed, and its inverse.
+    scales: [P; 2],
+}
+
+impl<'a, P: Part> Contacts<'a, P> {
+    /// The lanes from `at` on, at a share of the speed.
+    pub fn new(wheelsets: &'a [WheelsetLanes], scales: [&Lanes; 2], at: usize) -> Self {
+        let terms = wheelsets.iter().map(|wheelset| wheelset.contact_at(at, P::zero(), P::zero())).collect();
+        let scales = scales.map(|scale| P::load(scale, at));
+        Contacts { wheelsets, at, terms, row_speed: f64::NAN, speed: P::zero(), scales }
+    }
+
+    #[inline(always)]
+    fn set_speed(&mut self, speed: f64) {
+        let [share, inv_share] = self.scales;
+        (self.row_speed, self.speed) = (speed, P::splat(speed) * share);
+        let inv_speed = P::splat(1.0 / speed) * inv_share;
+        for (contact, at_speed) in &mut self.terms {
+            *at_speed = contact.at_speed(self.speed, inv_speed);
+        }
+    }
+
+    /// Adds the contact forces to those of the n degrees of freedom in dx, and rates of the rails that yield.
+    #[inline(always)]
+    pub fn add(&mut self, row: &[f64], n: usize, x: &[P; STATES], dx: &mut [P; STATES]) {
+        if row[1] != self.row_speed {
+            self.set_speed(row[1]);
+        }
+        let (at, track) = (self.at, &Passing { row, speed: self.speed });
+        for (wheelset, contact) in self.wheelsets.iter().zip(&self.terms) {
+            P::out_of_line(Wheels { wheelset, at, contact, track, n, x, dx });
+        }
+    }
+}
+
+struct Wheels<'l, P> {
+    wheelset: &'l WheelsetLanes,
+    at: usize,
+    contact: &'l (Contact<P>, AtSpeed<P>),
+    track: &'l Passing<'l, P>,
+    n: usize,
+    x: &'l [P; STATES],
+    dx: &'l mut [P; STATES],
+}
+
+impl<P: Part> Work for Wheels<'_, P> {
+    #[inline(always)]
+    fn run(self) {
+        self.wheelset.add(self.at, self.contact, self.track, self.n, self.x, self.dx);
     }
 }

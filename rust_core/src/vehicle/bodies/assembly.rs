@@ -6,7 +6,7 @@ use crate::effects::effect::Site;
 use crate::error::{Result, expect_len};
 use crate::vehicle::assembly::{Assembly, Inputs, Port};
 use crate::vehicle::line::{Letter, LinePlaces, LineSetup, OnLine};
-use crate::wheel_rail::contact::Wheelset;
+use crate::wheel_rail::coefficients::Wheelset;
 
 impl Layout {
     /// Assemble the vehicle of these numbers: bodies, then joints, then channels.

@@ -3,7 +3,7 @@ use super::joining::Transfer;
 use super::motion::{Motion, Placed};
 use super::{Layout, Number};
 use crate::vehicle::assembly::{Assembly, Channel, Order};
-use crate::wheel_rail::contact::Wheelset;
+use crate::wheel_rail::coefficients::Wheelset;
 
 const GRAVITY: f64 = 9.81;
 
