@@ -79,7 +79,7 @@ fn constant(block: &Block) -> String {
     )
 }
 
-/// An implementation of `rate::structures::Structure` per file, the list of what is known, and a choice among them.
+/// An implementation of `rate::fused::Structure` per file, the list of what is known, and a choice among them.
 pub fn straight_code() -> String {
     let (mut code, mut known, mut choices) = (String::new(), String::new(), String::new());
     for (i, (name, text)) in files().into_iter().enumerate() {
