@@ -13,7 +13,7 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
-from railui.identification.estimation.covariance import block_covariance
+from railui.identification.estimation.covariance import block_covariance, t_factors
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.identifiability import profile_likelihood
 from railui.identification.estimation.unbiased import track_noise_scores, with_unbiased_estimates
@@ -47,6 +47,16 @@ def test_intervals_of_few_unequal_blocks_cover_ninety_per_cent():
         inside_plain.append(np.abs(error) <= NORMAL_QUANTILE_95 * np.sqrt(np.sum(scores**2, axis=0)))
     assert 0.88 <= np.mean(inside) <= 0.93
     assert np.mean(inside_plain) < 0.86
+
+
+def test_the_variance_is_that_of_estimates_without_one_block_after_the_other():
+    """Without priors: (1 - 1/B) times the sum of squared changes, in the units of Student's t."""
+    _, blocks = few_blocks(5)
+    total, grams = blocks.sum(axis=0), blocks[:, 1:, 1:]
+    changes = np.array([np.linalg.solve(total[1:, 1:] - b[1:, 1:], total[1:, 0] - b[1:, 0]) for b in blocks])
+    expected = np.sqrt(0.9 * np.sum(changes**2, axis=0)) * t_factors(grams, np.linalg.inv(total[1:, 1:]))
+    sd = np.sqrt(np.diag(block_covariance(blocks, np.zeros(3), 1.0)))
+    assert sd == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_prior_alone_gives_its_own_standard_deviation():

@@ -17,7 +17,7 @@ from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.noise_floor import estimate_noise_floor, noise_weights
-from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.output_error import continue_fit, fit_output_error
 from railui.identification.estimation.problem import DivergedError
 from railui.identification.estimation.validation import validate
 from railui.vehicle.design_reader import PlacedEffect
@@ -202,3 +202,29 @@ def test_a_point_next_to_which_the_vehicle_diverges_is_not_taken():
     misfits = optimiser_of(fit).misfit(np.stack([start, found.x, optimiser.refused]))
     assert misfits[2] < misfits[1] < misfits[0]
     assert len(found.segments) == len(fit.segments)
+
+
+def fitted_from_nominal(max_iterations: int, **options):
+    context, whole = simulated_campaign().context, calibrated()
+    names = whole.free.paths[:4]
+    return fit_output_error(
+        context, context.nominal, names, segments=whole.segments, max_iterations=max_iterations, **options
+    )
+
+
+def test_a_continued_fit_takes_the_steps_of_one_without_a_pause():
+    paused, whole = fitted_from_nominal(2), fitted_from_nominal(4)
+    continued = continue_fit(
+        simulated_campaign().context, paused, paused.segments, tolerance=1e-6, max_iterations=whole.iterations - 2
+    )
+    assert np.array_equal(continued.x, whole.x) and continued.normal.rss == whole.normal.rss
+    assert continued.simulations + paused.simulations == whole.simulations
+
+
+def test_a_fit_ends_where_its_limit_of_the_misfit_is_out_of_reach():
+    whole = fitted_from_nominal(30)
+    ended = fitted_from_nominal(30, misfit_limit=0.5 * whole.normal.rss)
+    assert ended.status == "above the limit" and ended.iterations < whole.iterations
+    assert ended.normal.rss >= whole.normal.rss
+    within = fitted_from_nominal(30, misfit_limit=1.5 * whole.normal.rss)
+    assert within.status == whole.status and np.array_equal(within.x, whole.x)
