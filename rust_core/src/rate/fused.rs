@@ -276,7 +276,7 @@ impl<P: Part> Places<P> for Table {
     }
 }
 
-/// What is known of a structure when the step loop is compiled: sums of the rows of the wheelsets, of all else, of the track.
+/// A structure as it is known when the step loop is compiled: sums of the rows of the wheelsets, of all else, of the track.
 pub trait Structure {
     /// Degrees of freedom and states, where they are known.
     const SIZE: Option<(usize, usize)> = None;
