@@ -21,7 +21,7 @@ from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.problem import adapt_to_model
 from railui.identification.structure.candidates import Candidate, batches_on, candidate_text
 from railui.identification.structure.evidence import ScoreResult
-from railui.identification.structure.refit import by_misfit
+from railui.identification.structure.refit import refit_leading_first
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.screening import ScreeningFits, fit_with_effects, scaled_shape
 from railui.parallel import map_threads
@@ -153,13 +153,8 @@ def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore]) -> list[
             )
             screened.append((pair, f))
     limit = context.settings.refit.converged_ratio * min((f.normal.rss for _, f in screened), default=0.0)
-    close, _ = by_misfit(screened, limit)
-    leading = context.settings.refit.leading_candidates
-    refits = list[PairRefit]()
-    for some in (close[:leading], close[leading:]):
-        misfit_limit = context.settings.refit.given_up_ratio * min((r.rss for r in refits), default=np.inf)
-        found = map_threads(partial(_refit, context, fit, misfit_limit), some, context.jobs)
-        refits += [r for r in found if r is not None]
+    close = [item for item in screened if item[1].normal.rss <= limit]
+    refits = refit_leading_first(context, close, limit, partial(_refit, context, fit))
     return sorted(refits, key=lambda r: r.rss)
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,16 @@ from railui.parallel import map_threads
 
 RANKING_SEED = 13
 S = TypeVar("S")
+
+
+class WithMisfit(Protocol):
+    """Result with a misfit on the estimation runs."""
+
+    @property
+    def rss(self) -> float: ...
+
+
+R = TypeVar("R", bound=WithMisfit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +102,7 @@ def refit_candidates(
     background = context.in_background(1 if several else context.jobs)
     tolerance = settings.comparison_tolerance if several else settings.refit_tolerance
 
-    def refit(item: Screened, misfit_limit: float) -> Refit | None:
+    def refit(misfit_limit: float, item: Screened) -> Refit | None:
         """Continue a screening fit on the complete runs: to convergence near the least misfit, else evaluate it."""
         s, f = item
         is_close = f.normal.rss <= limit
@@ -119,22 +129,32 @@ def refit_candidates(
             return None
         return Refit(s.candidate, final, cross_validation_errors(settings, final), s)
 
-    close, others = by_misfit(screened, limit)
-    leading = close[: settings.leading_candidates]
     refits = list[Refit]()
-    for some in ([*leading, *others], close[len(leading) :]):
-        misfit_limit = settings.given_up_ratio * min((r.rss for r in refits), default=np.inf)
-        for done in map_threads(partial(refit, misfit_limit=misfit_limit), some, context.jobs):
-            if done is not None:
-                refits.append(done)
-                progress.event(done)
+    for done in refit_leading_first(context, screened, limit, refit):
+        refits.append(done)
+        progress.event(done)
     return sorted(refits, key=lambda r: r.rss)
 
 
-def by_misfit(screened: Sequence[tuple[S, Fit]], limit: float) -> tuple[list[tuple[S, Fit]], list[tuple[S, Fit]]]:
-    """Divide screening fits into those up to a misfit, the best first, and the others."""
-    close = sorted((item for item in screened if item[1].normal.rss <= limit), key=lambda item: item[1].normal.rss)
-    return close, [item for item in screened if item[1].normal.rss > limit]
+def refit_leading_first(
+    context: Context, screened: Sequence[tuple[S, Fit]], limit: float, refit: Callable[[float, tuple[S, Fit]], R | None]
+) -> Iterator[R]:
+    """Refit the leading screening fits and those above a misfit, then the others, with a limit from the former.
+
+    refit: continue a screening fit whose misfit on the complete runs must come below a limit; None where it cannot be.
+    """
+    settings = context.settings.refit
+    by_rss = sorted(screened, key=lambda item: item[1].normal.rss)
+    close = [item for item in by_rss if item[1].normal.rss <= limit]
+    leading, following = close[: settings.leading_candidates], close[settings.leading_candidates :]
+    others = [item for item in screened if item[1].normal.rss > limit]
+    least, misfit_limit = np.inf, np.inf
+    for some in ([*leading, *others], following):
+        for done in map_threads(partial(refit, misfit_limit), some, context.jobs):
+            if done is not None:
+                least = min(least, done.rss)
+                yield done
+        misfit_limit = settings.given_up_ratio * least
 
 
 def _start_key(target: FitSegment) -> tuple[str, int, int]:

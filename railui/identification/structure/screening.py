@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -238,7 +238,14 @@ class ScreeningFits:
         lanes = core.LANES - 1 - len(effect_paths) - len(model.run_dependent_paths())
         few = len(self.base) if self.is_windowed else max(lanes, len(self.base) // 2)
         paths = [*self.base[:few], *effect_paths]
-        return self._fit(model, segments, paths, self.settings.first_iterations)
+        return fit_with_effects(
+            self.context.in_background(1),
+            model,
+            segments,
+            paths,
+            tolerance=self.settings.screening_tolerance,
+            max_iterations=self.settings.first_iterations,
+        )
 
     def _iterate(self, fit: Fit, max_iterations: int) -> Fit:
         segments = adapt_to_model(self.context, fit.model, fit.segments, self.max_steps)
@@ -249,19 +256,6 @@ class ScreeningFits:
         except ValueError:
             return fit
         return further if further.cost < fit.cost else fit
-
-    def _fit(
-        self, model: Model, segments: Sequence[FitSegment], paths: Iterable[str], max_iterations: int
-    ) -> Fit | None:
-        context = self.context.in_background(1)
-        return fit_with_effects(
-            context,
-            model,
-            segments,
-            list(paths),
-            tolerance=self.settings.screening_tolerance,
-            max_iterations=max_iterations,
-        )
 
 
 def is_linear(c: Candidate) -> bool:
