@@ -331,7 +331,7 @@ def run_loop(
     """Calibrate the model of a campaign and identify unmodelled effects; parameters and exceptions as `railui.loop`."""
     started = time.perf_counter()
     dataset = as_campaign(campaign).dataset
-    checked = examine_data(dataset, correct=correct, accept_data=accept_data, progress=progress)
+    checked = examine_data(dataset, correct=correct, accept_data=accept_data, jobs=jobs, progress=progress)
     if checked.is_stopped:
         return Loop(data_fault_report(checked, seed), checked, None)
     result = close_loop(

@@ -28,12 +28,12 @@ MIN_HUNTING_POSITIONS = 10  # of the window
 MIN_HUNTING_RATIO = 2.0  # rms to its median
 
 
-def check_data(dataset: Dataset, diagnosis: Diagnosis | None = None) -> list[Finding]:
+def check_data(dataset: Dataset, diagnosis: Diagnosis | None = None, jobs: int | None = 1) -> list[Finding]:
     """Run all data checks; serious findings come first.
 
     diagnosis: of the dataset, where it is known already.
     """
-    findings = (diagnose(dataset) if diagnosis is None else diagnosis).findings()
+    findings = (diagnose(dataset, jobs) if diagnosis is None else diagnosis).findings()
     for entry, run in zip(dataset.campaign.runs, dataset.runs, strict=True):
         findings += check_gaps(entry.name, run.counts)
         for name in (*run.responses, *run.coach_forces):

@@ -245,7 +245,7 @@ def final_estimates(context: Context, fit: Fit, validation: Validation) -> Fit:
 
 def report_data_checks(context: Context, diagnosis: Diagnosis | None = None) -> tuple[Finding, ...]:
     """Check the data and report the findings before anything is fitted to them."""
-    findings = check_data(context.dataset, diagnosis)
+    findings = check_data(context.dataset, diagnosis, context.jobs)
     for f in findings:
         if f.check != "ceiling":
             context.progress.message(f"{'check this first: ' if f.serious else ''}{f.file}: {f.text}")

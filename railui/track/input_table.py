@@ -133,21 +133,22 @@ def _check(time: FloatArray, distance: FloatArray, steps: int) -> None:
     check_increasing(distance)
 
 
-def _write_track(table: FloatArray, s: FloatArray, track: list[FloatArray], behind: Sequence[float]) -> None:
-    """Write the track under every wheelset into the table."""
-    present = [i for i in range(len(track)) if np.any(track[i])]  # a column of zeros needs no spline
+def _write_track(table: FloatArray, s: FloatArray, track: Sequence[FloatArray | None], behind: Sequence[float]) -> None:
+    """Add the track under every wheelset to the columns of a table; None or zeros: no such irregularity."""
+    present = [i for i, values in enumerate(track) if values is not None and np.any(values)]
     if not present:
         return
-    spline = Spline(s, np.stack([track[i] for i in present], axis=1))
+    spline = Spline(s, np.stack([values for i, values in enumerate(track) if i in present], axis=1))
     for number, distance in enumerate(behind):
         first, location = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
         is_before = (location < s[0] - START_TOLERANCE) & (distance > 0)
         clipped = np.maximum(location, s[0]) if distance else location
         value, slope = spline(clipped), spline(clipped, 1)
+        slope[is_before] = 0.0
         for j, i in enumerate(present):
-            table[:, first + 2 * i] = value[:, j]
+            table[:, first + 2 * i] += value[:, j]
             if i < WITH_DERIVATIVE:
-                table[:, first + 2 * i + 1] = np.where(is_before, 0.0, slope[:, j])
+                table[:, first + 2 * i + 1] += slope[:, j]
 
 
 def add_track(
@@ -169,22 +170,7 @@ def add_track(
         As for `input_table`.
     """
     out = table.copy()
-    present = [i for i in range(len(irregularities)) if irregularities[i] is not None]
-    if not present:
-        return out
-    coefficients = Spline(s, np.stack([x for x in irregularities if x is not None], axis=1)).coefficients
-    for number, distance in enumerate(wheelset_distances(half_wheelbase)):
-        first, location = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
-        is_before = (location < s[0] - START_TOLERANCE) & (distance > 0)
-        clipped = np.maximum(location, s[0]) if distance else location
-        interval = np.clip(np.searchsorted(s, clipped, side="right") - 1, 0, len(s) - 2)
-        x = clipped - s[interval]
-        for i, powers in zip(present, coefficients, strict=True):
-            c3, c2, c1, c0 = np.take(powers, interval, axis=1)
-            out[:, first + 2 * i] += ((c3 * x + c2) * x + c1) * x + c0
-            if i < WITH_DERIVATIVE:
-                slope = (3.0 * c3 * x + 2.0 * c2) * x + c1
-                out[:, first + 2 * i + 1] += np.where(is_before, 0.0, slope)
+    _write_track(out, s, irregularities, wheelset_distances(half_wheelbase))
     return out
 
 

@@ -24,6 +24,7 @@ from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
 from railui.campaign.segment import Segment
 from railui.io.units import UnitError, parse_unit
+from railui.parallel import map_threads
 from railui.runs.columns import COLUMNS
 from railui.vehicle.model import Model
 from railui.vehicle.track_geometry import track_geometry
@@ -34,7 +35,7 @@ TRACK_COLUMNS = ("yw", "phiw")
 RESPONSE = "response to the track of vehicles about the nominal model"
 
 
-def diagnose(dataset: Dataset) -> Diagnosis:
+def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
     """Find the smallest set of faulty channels that explains all contradictions of the data.
 
     The kinematic relations between the channels decide, which hold for any vehicle; samples of single channels show
@@ -44,6 +45,8 @@ def diagnose(dataset: Dataset) -> Diagnosis:
     ----------
     dataset : Dataset
         The measured runs, with the corrections that the campaign already makes.
+    jobs : int or None
+        Number of threads; None for all.
 
     Returns
     -------
@@ -65,7 +68,7 @@ def diagnose(dataset: Dataset) -> Diagnosis:
     faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
     faults = [_with_named_unit(_unresolved(f, searches), dataset) for f in faults]
     if is_on_track:
-        faults += _faults_by_response(dataset, runs, faults)
+        faults += _faults_by_response(dataset, runs, faults, jobs)
         faults += _faults_against_model(dataset, runs, faults)
         faults += _reversed_cross_level(dataset, runs, faults)
     return ordered([*faults, *waveform])
@@ -148,7 +151,9 @@ def _has_wheelset_displacement(segment: Segment) -> bool:
     return any(re.fullmatch(r"e\d+", c) for c in segment.channels)
 
 
-def _faults_by_response(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
+def _faults_by_response(
+    dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault], jobs: int | None
+) -> list[Fault]:
     """Find faults of a bogie without relation to the track, one after another, by its response to the track."""
     segments = [max(parts, key=lambda s: s.samples) for parts in runs.values()]
     segments = [s for s in segments if s.kind == "bogie" and not s.is_free and not _has_wheelset_displacement(s)]
@@ -162,9 +167,9 @@ def _faults_by_response(dataset: Dataset, runs: dict[str, list[Segment]], faults
     while len(found) < settings.max_faults:
         corrections = ordered([*faults, *found]).corrections
         corrected = [corrected_segment(s, corrections, wheelbase) for s in segments]
-        spectra = [response_spectra(model, rows, s, names, wheelbase, radius) for s in corrected]
+        spectra = map_threads(lambda s: response_spectra(model, rows, s, names, wheelbase, radius), corrected, jobs)
         usable = [s for s in spectra if s is not None]
-        best = find_response_fault(ResponseConsistency(usable, names), settings) if usable else None
+        best = find_response_fault(ResponseConsistency(usable, names, jobs), settings) if usable else None
         if best is None:
             break
         alternatives = tuple(yaml_line(h.corrections()) for h in best.alternatives)

@@ -7,8 +7,9 @@ and delays of usual sensors, which an inaccurate vehicle leaves as well, are fre
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -22,6 +23,7 @@ from railui.campaign.faults.merge import is_serious
 from railui.campaign.faults.response_spectra import ResponseSpectra
 from railui.campaign.faults.spectra import ROLL
 from railui.campaign.settings.faults import FaultSettings
+from railui.parallel import map_threads
 
 GAINS = np.geomspace(0.8, 1.25, 5, dtype=np.float64)  # of usual sensors and inaccurate vehicles
 LAGS = 4e-3 * np.arange(-3.0, 4.0)  # s, the same
@@ -33,6 +35,7 @@ CLOCK_LAGS = 8e-3 * np.arange(-12.0, 13.0)  # s at the start
 CLOCK_LAG_STEPS = 2e-3 * np.arange(-4.0, 5.0)  # s
 REFINEMENTS = {"gain": 0.2, "clock": 0.4, "delay": 4e-3, "offset": 0.05}  # half the step of a grid or more
 MIN_SHARE = 1e-9
+LOG_BLOCK = 16  # factors of one logarithm; at MIN_SHARE their product is 1e-144
 SAME_GAIN = 0.05
 CLOCK_VEHICLES = 8
 ALL = slice(None)
@@ -55,9 +58,10 @@ class ResponseConsistency:
     summed over channels, frequencies and runs. That of a fault is the least over the vehicles.
     """
 
-    def __init__(self, runs: Sequence[ResponseSpectra], names: Sequence[str]) -> None:
+    def __init__(self, runs: Sequence[ResponseSpectra], names: Sequence[str], jobs: int | None = 1) -> None:
         stable = np.all([np.isfinite(r.level).all(axis=(1, 2, 3)) for r in runs], axis=0)
         self.names = list(names)
+        self.jobs = jobs
         self.runs = [replace(r, alignment=r.alignment[stable], level=r.level[stable]) for r in runs]
         self.samples = sum(0.5 * r.measured.size for r in runs)
         self.sound = [self._channel(c) for c in range(len(names))] if np.any(stable) else []
@@ -69,16 +73,23 @@ class ResponseConsistency:
 
     def scores(self) -> Iterator[tuple[Hypothesis, float]]:
         """Yield faults with their misfits."""
-        for c, name in enumerate(self.names):
-            yield from self._of_channel(c, name)
+        parts: list[Callable[[], Iterator[tuple[Hypothesis, float]]]] = [
+            *(partial(self._of_channel, c, name) for c, name in enumerate(self.names)),
+            self._of_pairs_and_track,
+            self._of_lags,
+            self._of_clocks,
+        ]
+        for found in map_threads(lambda part: list(part()), parts, self.jobs):
+            yield from found
+
+    def _of_pairs_and_track(self) -> Iterator[tuple[Hypothesis, float]]:
+        """Yield exchanged accelerations, and wrong signs of the track."""
         for a, b in combinations([c for c, n in enumerate(self.names) if n in ACCELERATIONS], 2):
             pair = {a: self._channel(a, source=b), b: self._channel(b, source=a)}
             yield Hypothesis("exchanged", (self.names[a], self.names[b])), self._with(pair)
         for track, signs in (("yw",), (-1.0, 1.0)), (("phiw",), (1.0, -1.0)), (TRACK, (-1.0, -1.0)):
             misfits = {c: self._channel(c, signs=signs) for c in range(len(self.names))}
             yield Hypothesis("sign", track, -1.0), self._with(misfits)
-        yield from self._of_lags()
-        yield from self._of_clocks()
 
     def _of_channel(self, c: int, name: str) -> Iterator[tuple[Hypothesis, float]]:
         yield Hypothesis("sign", (name,), -1.0), self._with({c: self._channel(c, gains=-GAINS)})
@@ -208,8 +219,10 @@ def _misfits(
     powers = np.mean(np.abs(simulated) ** 2, axis=1)[:, None] + power
     cross = np.mean(simulated.conj() * measured, axis=1)
     common = np.real(cross[:, None] * np.exp(2j * np.pi * lags[:, None] * f))
-    ratio = 1.0 - 2.0 * common[:, None] / (gains[:, None, None] * powers[:, :, None])
-    return np.asarray(0.5 * len(measured) * np.log(np.maximum(ratio, MIN_SHARE)).sum(axis=-1))
+    scale = 2.0 / (gains[:, None] * powers)
+    ratio = np.maximum(1.0 - common[:, None] * scale[:, :, None], MIN_SHARE)
+    products = np.multiply.reduceat(ratio, np.arange(0, len(f), LOG_BLOCK), axis=-1)
+    return np.asarray(0.5 * len(measured) * np.log(products).sum(axis=-1))
 
 
 def find_response_fault(consistency: ResponseConsistency, settings: FaultSettings) -> ResponseFault | None:

@@ -54,7 +54,12 @@ class CheckedData:
 
 
 def examine_data(
-    dataset: Dataset, *, correct: bool = False, accept_data: bool = False, progress: Progress = SILENT
+    dataset: Dataset,
+    *,
+    correct: bool = False,
+    accept_data: bool = False,
+    jobs: int | None = 1,
+    progress: Progress = SILENT,
 ) -> CheckedData:
     """Diagnose the data of a campaign, and correct or accept its faults if asked to.
 
@@ -64,9 +69,11 @@ def examine_data(
         Make the corrections of serious faults; the loop stops where a fault has none, or several that fit alike.
     accept_data
         Go on despite serious faults.
+    jobs
+        Number of threads; None for all.
     """
     started = time.perf_counter()
-    found = remaining = diagnose(dataset)
+    found = remaining = diagnose(dataset, jobs)
     is_corrected = bool(correct and found.serious and found.is_correctable)
     if is_corrected:
         for fault in found.serious:
@@ -74,7 +81,7 @@ def examine_data(
         campaign = dataset.campaign
         corrected = replace(campaign, corrections=campaign.corrections.joined(found.corrections))
         dataset = read_dataset(corrected)
-        remaining = diagnose(dataset)
+        remaining = diagnose(dataset, jobs)
     is_stopped = bool(remaining.serious) and not accept_data
     return CheckedData(dataset, found, remaining, is_corrected, is_stopped, time.perf_counter() - started)
 
