@@ -21,7 +21,7 @@ from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.problem import adapt_to_model
 from railui.identification.structure.candidates import Candidate, batches_on, candidate_text
 from railui.identification.structure.evidence import ScoreResult
-from railui.identification.structure.refit import refit_leading_first
+from railui.identification.structure.refit import refit_leading_first, worthwhile_misfit
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.screening import ScreeningFits, fit_with_effects, scaled_shape
 from railui.parallel import map_threads
@@ -154,7 +154,8 @@ def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore]) -> list[
             screened.append((pair, f))
     limit = context.settings.refit.converged_ratio * min((f.normal.rss for _, f in screened), default=0.0)
     close = [item for item in screened if item[1].normal.rss <= limit]
-    refits = refit_leading_first(context, close, limit, partial(_refit, context, fit))
+    worthwhile = worthwhile_misfit(context, fit)
+    refits = refit_leading_first(context, close, limit, worthwhile, partial(_refit, context, fit))
     return sorted(refits, key=lambda r: r.rss)
 
 
@@ -180,7 +181,7 @@ def _refit(context: Context, fit: Fit, misfit_limit: float, item: tuple[PairScor
         segments,
         paths,
         tolerance=tolerance,
-        max_iterations=MAX_ITERATIONS,
+        max_iterations=MAX_ITERATIONS if misfit_limit > 0.0 else 0,
         misfit_limit=misfit_limit,
     )
     return None if final is None else PairRefit(pair, final)

@@ -105,7 +105,7 @@ def refit_candidates(
     def refit(misfit_limit: float, item: Screened) -> Refit | None:
         """Continue a screening fit on the complete runs: to convergence near the least misfit, else evaluate it."""
         s, f = item
-        is_close = f.normal.rss <= limit
+        is_close = f.normal.rss <= limit and misfit_limit > 0.0
         max_steps = None if is_close else screening.max_steps
         try:
             segments = adapt_to_model(background, f.model, fit.segments, max_steps)
@@ -130,18 +130,36 @@ def refit_candidates(
         return Refit(s.candidate, final, cross_validation_errors(settings, final), s)
 
     refits = list[Refit]()
-    for done in refit_leading_first(context, screened, limit, refit):
+    for done in refit_leading_first(context, screened, limit, worthwhile_misfit(context, fit), refit):
         refits.append(done)
         progress.event(done)
     return sorted(refits, key=lambda r: r.rss)
 
 
+def worthwhile_misfit(context: Context, fit: Fit) -> float:
+    """Return the misfit from which an effect added to a fit takes too little to gain or to be tried."""
+    share = min(context.settings.selection.trial_misfit_share, 0.5 * context.campaign.min_gain)
+    return float((1.0 - share) * fit.normal.rss)
+
+
 def refit_leading_first(
-    context: Context, screened: Sequence[tuple[S, Fit]], limit: float, refit: Callable[[float, tuple[S, Fit]], R | None]
+    context: Context,
+    screened: Sequence[tuple[S, Fit]],
+    limit: float,
+    worthwhile: float,
+    refit: Callable[[float, tuple[S, Fit]], R | None],
 ) -> Iterator[R]:
     """Refit the leading screening fits and those above a misfit, then the others, with a limit from the former.
 
-    refit: continue a screening fit whose misfit on the complete runs must come below a limit; None where it cannot be.
+    Parameters
+    ----------
+    limit
+        Misfit of a screening fit above which it is not continued.
+    worthwhile
+        Misfit that the leading refits must reach; else the others are only evaluated.
+    refit
+        Continue a screening fit whose misfit on the complete runs must come below a limit, or evaluate it where the
+        limit is 0; None where it cannot be.
     """
     settings = context.settings.refit
     by_rss = sorted(screened, key=lambda item: item[1].normal.rss)
@@ -154,7 +172,7 @@ def refit_leading_first(
             if done is not None:
                 least = min(least, done.rss)
                 yield done
-        misfit_limit = settings.given_up_ratio * least
+        misfit_limit = settings.given_up_ratio * least if least <= worthwhile else 0.0
 
 
 def _start_key(target: FitSegment) -> tuple[str, int, int]:
