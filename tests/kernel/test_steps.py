@@ -46,6 +46,7 @@ STIFF = {
     # k/F_y 2e4 1/m: the base matrices alone would take 2 steps, at which the run blows up
     "hysteresis": ["hysteresis at=secondary_lateral stiffness=1.6e7 yield=800"],
     "hysteresis in a primary": ["hysteresis at=primary_lateral stiffness=3e7 yield=1500"],
+    "hysteresis of an angle": ["hysteresis at=primary_yaw stiffness=3.2e7 yield=3120"],
     "dry friction": ["dry_friction at=primary_yaw force=5000 slip_speed=1e-3"],
     "maxwell damper": ["maxwell_damper at=secondary_yaw stiffness=2e7 damping=1e4"],
     "blown off": ["maxwell_damper at=secondary_yaw stiffness=2e7 damping=1e5 blow_off=1500"],

@@ -10,6 +10,7 @@ use crate::rate::structures::{ForStructure, for_structure};
 use crate::simd::{Job, LANES, Lanes, Part, dispatch, level};
 use crate::vehicle::group::Group;
 use std::marker::PhantomData;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Run sixteen vehicles (the first `live` count) from `initial` (one entry per state; none: at rest).
@@ -51,7 +52,7 @@ impl<F: Form> Job for Along<'_, '_, '_, F> {
     #[inline(always)]
     fn run<P: Part>(self) {
         match F::INTERLEAVE {
-            Interleave::None => self.lane_groups::<P>(P::WIDTH),
+            Interleave::None => self.widest_first::<P>(),
             Interleave::Eights if P::WIDTH == LANES => self.lane_groups::<P::Single>(LANES / 2),
             Interleave::Eights => self.lane_groups::<P>(LANES / 2),
             // AVX-512 has registers enough for two of each number: both are worked on in the same lines
@@ -64,19 +65,39 @@ impl<F: Form> Job for Along<'_, '_, '_, F> {
 }
 
 impl<F: Form> Along<'_, '_, '_, F> {
+    /// Step the lanes of one part after another, what is left over in a single register where it has room.
+    #[inline(always)]
+    fn widest_first<P: Part>(self) {
+        let Along { mut run, choice, .. } = self;
+        let live = run.live;
+        for from in (0..live).step_by(P::WIDTH) {
+            if live - from > P::Single::WIDTH {
+                Self::step_lanes::<P>(&mut run, choice, from..(from + P::WIDTH).min(live));
+            } else {
+                Self::step_lanes::<P::Single>(&mut run, choice, from..live);
+            }
+        }
+    }
+
     /// Step this many lanes at a time, in parts of one register each.
     #[inline(always)]
     fn lane_groups<P: Part>(self, lanes: usize) {
         let Along { mut run, choice, .. } = self;
-        for from in (0..run.live).step_by(lanes) {
-            let ats = (from..(from + lanes).min(run.live)).step_by(P::WIDTH);
-            let part = |at: usize| {
-                let moving = F::part::<P>(run.group, choice, run.inputs, at);
-                Rk4Part::new(run.group, run.initial, run.recorder, at, moving)
-            };
-            let mut parts: Vec<_> = ats.map(part).collect();
-            run.along::<P, _, F>(&mut parts);
+        let live = run.live;
+        for from in (0..live).step_by(lanes) {
+            Self::step_lanes::<P>(&mut run, choice, from..(from + lanes).min(live));
         }
+    }
+
+    /// Step a range of lanes together.
+    #[inline(always)]
+    fn step_lanes<P: Part>(run: &mut Run<'_, '_>, choice: &Choice<'_>, lanes: Range<usize>) {
+        let part = |at: usize| {
+            let moving = F::part::<P>(run.group, choice, run.inputs, at);
+            Rk4Part::new(run.group, run.initial, run.recorder, at, moving)
+        };
+        let mut parts: Vec<_> = lanes.step_by(P::WIDTH).map(part).collect();
+        run.along::<P, _, F>(&mut parts);
     }
 }
 

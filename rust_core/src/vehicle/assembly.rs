@@ -148,7 +148,7 @@ impl Assembly {
 
     /// A port with the linear spring and damper at the same location.
     pub fn port(&mut self, at: &'static str, wheelset: u8, row: &[(usize, f64)], stiffness: f64, damping: f64) {
-        let site = Site::moving(stiffness, damping);
+        let site = Site::moving(at, stiffness, damping);
         let (row, inputs) = (row.to_vec(), Inputs::new());
         self.ports.push(Port { at: at.into(), class: at, wheelset, row, inputs, reaction: None, site });
     }

@@ -364,7 +364,7 @@ fn component(p: &[f64]) -> Assembly {
     let mut v = Assembly::of(&[("reaction", 1.0)]);
     // columns: 2 z, 3 z', 4 z''
     v.inputs = vec![(0, 2, -k), (0, 3, -c), (0, ONE, -preload)];
-    let site = Site::moving(k, c);
+    let site = Site::moving("rig", k, c);
     let (row, inputs, reaction) = (Row::new(), vec![(2, 1.0)], Some(vec![(0, 1.0)]));
     v.ports.push(Port { at: "rig".into(), class: "rig", wheelset: 0, row, inputs, reaction, site });
     v.channel("F", Order::Acceleration, &[(0, -1.0)]);

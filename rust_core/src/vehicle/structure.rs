@@ -159,6 +159,6 @@ pub fn contact_site(vehicle: &Assembly, i: usize) -> Site {
         creep_slopes: [w.kappa_x * w.n, w.kappa_y * w.n],
         gravitational: 2.0 * w.n * w.epsilon / w.b,
         behind: w.behind,
-        ..Site::moving(0.0, 0.0)
+        ..Site::moving("contact", 0.0, 0.0)
     }
 }

@@ -117,7 +117,7 @@ impl Layout {
         for (end, class, motion) in [("", lateral, &at.y), ("_yaw", yaw, &at.psi), ("_roll", yaw, &at.phi)] {
             if !motion.row.is_empty() && (end != "_roll" || at.rolls) {
                 let (row, inputs) = (motion.row.clone(), Inputs::new()); // relative to the line
-                let site = Site::moving(0.0, 0.0);
+                let site = Site::moving(class, 0.0, 0.0);
                 let name = format!("{}{end}", if body.wheels.is_some() { "wheelset" } else { &body.family });
                 vehicle.ports.push(Port { at: name, class, wheelset: body.number, row, inputs, reaction: None, site });
             }

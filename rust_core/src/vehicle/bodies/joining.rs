@@ -180,7 +180,7 @@ impl Layout {
                     row: rows[i].row.clone(),
                     inputs: rows[i].inputs.clone(),
                     reaction: None,
-                    site: Site::moving(declared[i][0], declared[i][1]),
+                    site: Site::moving(class, declared[i][0], declared[i][1]),
                 });
             }
         }
