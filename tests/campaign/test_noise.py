@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from railui.campaign.noise.estimate import estimate_noise_model
+from railui.campaign.noise.flicker import flicker_noise
 from railui.campaign.noise.model import ColumnNoise, NoiseModel, as_noise_model
 from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.campaign.settings.noise import NoiseSettings
@@ -15,6 +16,7 @@ from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.track import band_limited_noise
 from railui.vehicle.track_geometry import TrackGeometry
 from tests.noise_variants import pink
+from tests.truth.campaign import pink as flicker_series
 
 BEHIND = 15  # samples between the wheelsets
 A = 0.5 * BEHIND * 35.0 * 0.005
@@ -124,6 +126,51 @@ def test_accelerometers_alone_have_a_wide_interval():
     assert 0.05 < model["ay1"] < 0.08
     assert model.columns["ay1"].log_sd > 0.2 and model.columns["ay2"].source == "estimated"
     assert "yw" not in model  # neither stated nor determined
+
+
+def accelerometers_with_flicker(seed: int, seconds: float, ratio: float) -> SyntheticRecord:
+    """Accelerometers in no kinematic relation, with white noise and 1/f noise of a ratio to its standard deviation."""
+    plain = record(seed, seconds, channels=("ay1", "ay2"))
+    rng = np.random.default_rng([seed, 1])
+    flicker = {c: ratio * SD[c] * flicker_series(len(plain.columns[c]), rng) for c in plain.channels}
+    return replace(plain, columns=plain.columns | {c: plain.columns[c] + x for c, x in flicker.items()})
+
+
+def test_flicker_noise_of_accelerometers_alone_is_found_by_the_upper_half_of_the_spectrum():
+    records = [accelerometers_with_flicker(11, 40.0, 20.0), accelerometers_with_flicker(12, 30.0, 20.0)]
+    model = estimate({"ay1": 10.0 * SD["ay1"], "ay2": 20.0 * SD["ay2"]}, *records)
+    f = np.geomspace(0.5, 20.0, 20)
+    flicker = [np.mean([flicker_density(r, c, f) for r in records], axis=0) for c in ("ay1", "ay2")]
+    for c, added in zip(("ay1", "ay2"), flicker, strict=True):
+        noise = model.columns[c]
+        true = np.sqrt(added + 2.0 * DT * SD[c] ** 2)
+        assert noise.coloured_share > 0.5
+        assert np.sqrt(noise.spectrum.density(f, DT)) == pytest.approx(true, rel=0.5), c
+        assert noise.used == pytest.approx(noise.estimated, rel=0.35)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.2])
+def test_noise_that_is_white_at_the_top_of_the_spectrum_counts_as_white(ratio: float):
+    model = estimate({}, accelerometers_with_flicker(13, 60.0, ratio))
+    for c in ("ay1", "ay2"):
+        assert model.columns[c].spectrum.coloured == ()
+        assert model[c] == pytest.approx(SD[c], rel=0.2)
+
+
+def test_motions_in_the_upper_half_of_the_spectrum_are_no_flicker_noise():
+    plain = record(14, channels=("ay1", "ay2"))
+    rng = np.random.default_rng(15)
+    motion = sosfiltfilt(butterworth(2, (40.0, 60.0), 1.0 / DT), rng.standard_normal(len(plain.columns["t"])))
+    columns = plain.columns | {c: plain.columns[c] + motion for c in plain.channels}
+    found = flicker_noise([replace(plain, columns=columns)], "ay1")
+    assert found is not None and found.deviation > NoiseSettings().max_flicker_deviation
+    assert flicker_noise([record(16, 10.0)], "ay1") is None
+
+
+def flicker_density(part: SyntheticRecord, channel: str, f: np.ndarray) -> np.ndarray:
+    """Density of the 1/f noise of a series with twenty times the standard deviation of the white noise."""
+    n = 4 * len(part.columns[channel])  # `flicker_series` is a quarter of a series that has this lowest frequency
+    return (20.0 * SD[channel]) ** 2 / (f * np.log(0.5 * n))
 
 
 @pytest.mark.parametrize("channel", ["ayf", "e1"])

@@ -1,8 +1,8 @@
 """Estimation of the noise model of a campaign.
 
 Level and colour of a channel come from kinematic relations in which every motion cancels, where the channels satisfy
-any, else from the quiet band at the top of its spectrum. What is incoherent with the track and with all other channels
-bounds them from above. The stated noise is a log-normal prior.
+any, else from the top of its spectrum: white, or flicker noise where the upper half falls as 1/f. What is incoherent
+with the track and with all other channels bounds them from above. The stated noise is a log-normal prior.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.noise.bounds import TRACK, Level, incoherent_level, is_flat, quiet_band, quiet_level
+from railui.campaign.noise.flicker import FlickerNoise, flicker_noise
 from railui.campaign.noise.model import BOTH, ESTIMATED, STATED, ColumnNoise, NoiseModel
 from railui.campaign.noise.record import Record, band_limits
 from railui.campaign.noise.relations import RAILS, RelationSpectra, relation_spectra
@@ -29,6 +30,7 @@ from railui.runs.columns import RIG_FORMS
 from railui.vehicle.track_geometry import TrackGeometry
 
 MIN_LEVEL = 1e-12
+MAX_BAND_RATIO = 1e3  # upper over lower end of the band in which noise has a colour, where all frequencies count
 
 
 class NoiseEstimate:
@@ -84,14 +86,42 @@ class NoiseEstimate:
         return Level(float(np.log(sd)), float(np.log(self.settings.stated_noise_factor))) if sd > 0.0 else None
 
     def _single_channel(self, channel: str) -> ColumnNoise:
-        """White noise of a channel from its quiet band and the stated noise."""
+        """White or flicker noise of a channel from the top of its spectrum and the stated noise."""
         stated = self.stated.get(channel)
         quiet = quiet_level(self.records, channel, float(np.log(self.settings.quiet_noise_factor)))
         if quiet is None:
             return self._as_stated(channel)
+        spectrum = NoiseSpectrum(float(np.exp(quiet.log)))
+        flicker = self._flicker(channel)
+        if flicker is not None:
+            spectrum, quiet = self._flicker_spectrum(flicker, quiet.sd)
         level = quiet.combine(self._prior(channel))
         used, source = float(np.exp(level.log)), ESTIMATED if stated is None else BOTH
-        return ColumnNoise(used, NoiseSpectrum(used), stated, float(np.exp(quiet.log)), level.sd, quiet.sd, source)
+        alone = float(np.exp(quiet.log))
+        return ColumnNoise(used, spectrum.scaled(used / alone), stated, alone, level.sd, quiet.sd, source)
+
+    def _flicker(self, channel: str) -> FlickerNoise | None:
+        """Flicker noise of a channel where the upper half of its spectrum is that and no motion; None: none."""
+        if self.is_rig or not np.isfinite(self.bounds[channel]):
+            return None
+        settings, found = self.settings, flicker_noise(self.records, channel)
+        is_flicker = (
+            found is not None
+            and found.z >= settings.min_flicker_z
+            and found.share >= settings.min_flicker_share
+            and found.deviation <= settings.max_flicker_deviation
+        )
+        return found if is_flicker else None
+
+    def _flicker_spectrum(self, flicker: FlickerNoise, sd: float) -> tuple[NoiseSpectrum, Level]:
+        """Return the spectrum of flicker noise, and the level of white noise of its power in the compared band."""
+        dt = self.records[0].dt
+        low, high = band_limits(self.band, dt)
+        low = max(low, high / MAX_BAND_RATIO)
+        spectrum = flicker.spectrum(low, high, dt)
+        f = np.linspace(low, high, 1000)
+        level = float(np.sqrt(np.mean(spectrum.density(f, dt)) / (2.0 * dt)))
+        return spectrum, Level(float(np.log(level)), sd)
 
     def _rig_input(self) -> dict[str, ColumnNoise]:
         """Noise of the input of a rig: as stated, at most its quiet band; an input may fill its whole spectrum."""

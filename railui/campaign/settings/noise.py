@@ -19,6 +19,21 @@ class NoiseSettings:
     quiet_noise_factor: float = setting(
         1.3, minimum=1.01, meaning="The same of a white noise level from the top of a channel's spectrum, at least."
     )
+    min_flicker_z: float = setting(
+        6.0,
+        minimum=0.0,
+        meaning="Estimate of a part 1/f over its standard deviation from which a channel has flicker noise.",
+        provenance="trial: at most 4 with white noise, at least 8 with 1/f noise on vehicles simulated for 70 s",
+    )
+    min_flicker_share: float = setting(
+        0.8,
+        maximum=1.0,
+        meaning="Share that this part must have at three quarters of half the sampling rate.",
+        provenance="trial: the motions of a flange contact reached 0.65",
+    )
+    max_flicker_deviation: float = setting(
+        0.18, meaning="Relative deviation of a band from white and 1/f noise from which it contains motions."
+    )
     relation_noise_factor: float = setting(
         1.05, minimum=1.001, meaning="The same of a level from kinematic relations between channels, at least."
     )
