@@ -18,6 +18,11 @@ BOGIE = (
     ("one effect planted: right name, class and location", "one effect: named, at its location", 100),
     ("two effects planted: all names", "two effects: both named", 100),
     ("three effects planted: all names", "three effects: all named", 100),
+    (
+        "two or three effects planted: all names, or error at most 1.10 times that of the oracle",
+        "two or three: all named, or error within a tenth",
+        100,
+    ),
     ("no effect planted: false alarm", "no effect: false alarm", 0),
     ("outside the library: verdict `outside`", "outside the library: said so", 100),
     ("outside the library: its location, of those with the verdict `outside`", "of these: right location", 100),

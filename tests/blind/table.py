@@ -17,6 +17,7 @@ HEAD = (
 NORMAL_QUANTILE_95 = 1.6449  # half-width of a 90 % interval in standard deviations
 HELD_BY_PRIORS = ("contact_angle", "spin_creep")
 BOOTSTRAP_DRAWS = 4000
+MATERIAL_RATIO = 1.10  # of the error by an effect that is missed, from which it counts
 MARKS = ("<!-- trial -->", "<!-- end of trial -->")
 TABLE_HEAD = ["| outcome | count | % | 95 % limits |", "| --- | ---: | ---: | ---: |"]
 
@@ -119,6 +120,8 @@ def totals(rows: Sequence[TrialRow]) -> list[str]:
         of_sort = [x for x in several if x.sort == sort]
         lines.append(format_total(f"{sort} effects planted: all names", [bool(x.right_name) for x in of_sort]))
     lines += [
+        format_total("two or three effects planted: all names, or error at most 1.10 times that of the oracle",
+                     [bool(x.right_name) or x.after <= MATERIAL_RATIO * x.oracle for x in several]),
         format_total("no effect planted: false alarm", [x.verdict not in ("none", "exception") for x in nothing]),
         *(
             format_total(
