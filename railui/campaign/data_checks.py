@@ -18,9 +18,10 @@ from railui.campaign.finding import Finding
 from railui.campaign.segment import Segment
 from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.dsp.spectra import periodogram
+from railui.runs.columns import Form
+from railui.runs.segments import stuck_samples
 from railui.vehicle.track_geometry import track_geometry
 
-MIN_STUCK_SECONDS = 1.0  # at one value
 HUNTING_BAND = (0.8, 8.0)  # Hz
 HUNTING_WINDOW = 100.0  # m, of the moving rms
 HUNTING_STEP = 10.0  # m
@@ -37,7 +38,7 @@ def check_data(dataset: Dataset, diagnosis: Diagnosis | None = None, jobs: int |
     for entry, run in zip(dataset.campaign.runs, dataset.runs, strict=True):
         findings += check_gaps(entry.name, run.counts)
         for name in (*run.responses, *run.coach_forces):
-            findings += check_stuck(entry.name, name, run.columns[name], run.columns["t"], run.rate)
+            findings += check_stuck(entry.name, name, run.columns[name], run.columns["t"], run.rate, run.kind)
     geometry = track_geometry(dataset.campaign.design)
     for segment in dataset.segments:
         if not segment.is_rig:
@@ -55,16 +56,17 @@ def check_gaps(file: str, counts: Mapping[str, int]) -> list[Finding]:
     return [Finding("gaps", file, None, counts["gaps"], "1", text)]
 
 
-def check_stuck(file: str, name: str, x: FloatArray, t: FloatArray, rate: float) -> list[Finding]:
+def check_stuck(file: str, name: str, x: FloatArray, t: FloatArray, rate: float, form: Form) -> list[Finding]:
     """Report the longest time at one value of a channel [n], if it is long."""
     edges = np.concatenate(([0], np.flatnonzero(np.diff(x) != 0) + 1, [len(x)]))
     longest = int(np.argmax(np.diff(edges)))
-    seconds = (edges[longest + 1] - edges[longest]) / rate
-    if seconds < MIN_STUCK_SECONDS or not np.any(x):
+    samples = int(edges[longest + 1] - edges[longest])
+    if samples < stuck_samples(rate, form) or not np.any(x):
         return []
+    seconds = samples / rate
     start = float(t[edges[longest]])
     text = f"{name} is constant for {seconds:.1f} s from {start:.1f} s on: this part is not used"
-    return [Finding("stuck", file, name, float(seconds), "s", text, start=start, end=start + float(seconds))]
+    return [Finding("stuck", file, name, seconds, "s", text, start=start, end=start + seconds)]
 
 
 def check_hunting(segment: Segment) -> list[Finding]:

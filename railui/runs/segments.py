@@ -15,6 +15,7 @@ from railui.runs.columns import RIG_FORMS, Form, column_names
 
 INTERVAL_TOLERANCE = 0.01  # relative deviation of a sampling interval
 STUCK_DURATION = 1.0  # s
+MIN_STUCK_RIG_SAMPLES = 20  # a slow record of a rig repeats values of a coarse sensor
 MIN_DURATION = 10.0  # s, of a vehicle's run
 MIN_RIG_SAMPLES = 50  # samples; bench tests may last a second
 GAP_INTERVALS = 1.5  # intervals
@@ -76,7 +77,8 @@ def find_segments(columns: Mapping[str, FloatArray], rate: float, form: Form) ->
     used = [columns[name] for name in (*column_names(form, "clock"), *channels) if name in columns]
     missing = ~np.all(np.isfinite(used), axis=0)
     stuck, stuck_count = _stuck_rows(
-        [columns[name] for name in channels if name in columns and not _may_rest(form, name)], rate
+        [columns[name] for name in channels if name in columns and not _may_rest(form, name)],
+        stuck_samples(rate, form),
     )
     standing = np.zeros_like(missing) if form in RIG_FORMS else np.nan_to_num(columns["v"], nan=1.0) <= 0
     steps = np.diff(columns["t"]) * rate
@@ -107,11 +109,19 @@ def _may_rest(form: Form, name: str) -> bool:
     return (form == "rig" and name == "u") or (form == "bench" and name in ("z", "vz"))
 
 
-def _stuck_rows(columns: list[FloatArray], rate: float) -> tuple[NDArray[np.bool_], int]:
-    """Return the rows in which a channel is constant for 1 s or longer, and the number of such events."""
+def stuck_samples(rate: float, form: Form) -> int:
+    """Return the number of equal samples in a row from which a channel is stuck: those of 1 s, of a rig at least 20.
+
+    >>> stuck_samples(200.0, "bogie"), stuck_samples(200.0, "rig"), stuck_samples(0.25, "rig")
+    (200, 200, 20)
+    """
+    return max(round(STUCK_DURATION * rate), MIN_STUCK_RIG_SAMPLES if form in RIG_FORMS else 2)
+
+
+def _stuck_rows(columns: list[FloatArray], longest: int) -> tuple[NDArray[np.bool_], int]:
+    """Return the rows in which a channel has one value for so many samples, and the number of such events."""
     size = columns[0].size if columns else 0
     stuck, count = np.zeros(size, dtype=bool), 0
-    longest = max(round(STUCK_DURATION * rate), 2)
     for column in columns:
         if not np.any(column):
             continue  # zero throughout: an absent track column, or a coach without force

@@ -66,10 +66,16 @@ def test_a_channel_constant_for_a_second_is_reported_with_its_time():
     t = np.arange(2000) * 0.005
     x = np.sin(t)
     short, long = (np.where((t >= 4.0) & (t < 4.0 + length), 0.5, x) for length in (0.9, 3.0))
-    assert check_stuck("run", "e1", short, t, 200.0) == []
-    (finding,) = check_stuck("run", "e1", long, t, 200.0)
+    assert check_stuck("run", "e1", short, t, 200.0, "bogie") == []
+    (finding,) = check_stuck("run", "e1", long, t, 200.0, "bogie")
     assert (finding.channel, finding.value, finding.start, finding.end) == ("e1", 3.0, 4.0, 7.0)
-    assert check_stuck("run", "Qy", 0.0 * t, t, 200.0) == []  # a force that is zero throughout
+    assert check_stuck("run", "Qy", 0.0 * t, t, 200.0, "bogie") == []  # a force that is zero throughout
+
+
+def test_a_slow_record_of_a_rig_may_repeat_a_value():
+    t = np.arange(500) * 4.0
+    x = np.round(np.sin(2 * np.pi * t / 400.0), 2)  # three equal samples, of 12 s, at its extremes
+    assert check_stuck("run", "z", x, t, 0.25, "rig") == []
 
 
 def test_unused_rows_are_reported_as_a_share():

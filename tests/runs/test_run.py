@@ -385,6 +385,15 @@ def test_a_free_decay_has_no_input(written: Written) -> None:
     assert not run.columns["u"].any() and "u is absent: taken as 0" in run.notes
 
 
+def test_a_slow_record_of_a_rig_may_repeat_a_value(written: Written) -> None:
+    t = np.arange(500) * 4.0
+    u, z = np.cos(2 * np.pi * t / 400.0), np.round(np.sin(2 * np.pi * t / 400.0), 2)
+    rows = [f"{a:.0f},{b:.9g},{c:.2f}" for a, b, c in zip(t, u, z, strict=True)]
+    assert usable(load_run(written("\n".join(["t [s],u [V],z [V]", *rows])))) == [(0, 500)]
+    rows[200:220] = [f"{4 * k},0,0.3" for k in range(200, 220)]  # twenty equal samples
+    assert usable(load_run(written("\n".join(["t [s],u [V],z [V]", *rows])))) == [(0, 200), (220, 500)]
+
+
 def test_rates_of_a_rig_follow_the_unit_of_its_motion(written: Written) -> None:
     same = load_run(written(rig(vz="mm/s", az="mm/s^2")))
     mixed = load_run(written(rig(vz="mm/s", az="m/s^2")))
