@@ -10,6 +10,7 @@ import numpy as np
 from railui.campaign.comparison import compared_channels
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
+from railui.identification.estimation.free_decay import share_at_harmonics
 from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
 from railui.identification.estimation.validation import predict_each
 from railui.vehicle.model import Model
@@ -30,8 +31,8 @@ class ResidualEvidence:
     is_shared
         Whether the residuals of different channels are coherent: an unmeasured force, or noise of the track.
     is_noise
-        Whether the residual is incoherent although another channel or the input could show otherwise. The residual of
-        a single channel without input may be noise or a wrong model: nothing distinguishes the two.
+        Whether the residual is incoherent although another channel, the input, or the harmonics of a free motion could
+        show otherwise.
     """
 
     share: float
@@ -46,12 +47,16 @@ NO_EVIDENCE = ResidualEvidence(float("nan"), None, False, False, False)
 
 def examine_residual(context: Context, model: Model) -> ResidualEvidence:
     """Compute the coherence of the residual of a model, on the runs that select effects."""
-    segments = context.dataset.selection
-    coherence = residual_coherence(context, predict_each(context, [(model, s) for s in segments]))
+    settings, segments = context.settings.verdict, context.dataset.selection
+    predictions = predict_each(context, [(model, s) for s in segments])
+    coherence = residual_coherence(context, predictions)
     has_reference = any(
         len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments
     )
-    return summarise_coherence(context.settings.verdict, coherence, has_reference=has_reference)
+    if not has_reference:  # a single channel of a rig that swings freely
+        lines = share_at_harmonics(predictions)
+        has_reference = bool(np.isfinite(lines.share)) and not _is_evident(settings, lines)
+    return summarise_coherence(settings, coherence, has_reference=has_reference)
 
 
 def summarise_coherence(
@@ -59,16 +64,17 @@ def summarise_coherence(
 ) -> ResidualEvidence:
     """Summarise the coherence of all channels.
 
-    has_reference: another channel or an input was measured.
+    has_reference: another channel or an input was measured, or the spectrum is that of noise.
     """
-
-    def is_evident(s: Share) -> bool:
-        return s.share >= settings.min_coherent_share and s.is_significant(settings.coherence_standard_errors)
-
     shares = [(s, name) for name, c in coherence.items() for s in (c.track, c.motions) if np.isfinite(s.share)]
     if not shares:
         return NO_EVIDENCE
-    evident = [(s, name) for s, name in shares if is_evident(s)]
+    evident = [(s, name) for s, name in shares if _is_evident(settings, s)]
     largest, channel = max(evident or shares, key=lambda item: item[0].share)
-    is_shared = any(is_evident(c.others) for c in coherence.values())
+    is_shared = any(_is_evident(settings, c.others) for c in coherence.values())
     return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_reference and not evident)
+
+
+def _is_evident(settings: VerdictSettings, s: Share) -> bool:
+    """True where a share is large, and clear of its standard error."""
+    return s.share >= settings.min_coherent_share and s.is_significant(settings.coherence_standard_errors)
