@@ -35,7 +35,7 @@ from railui.identification.structure.gain_forecast import predict_validation_gai
 from railui.identification.structure.stage import SelectionStep
 from railui.identification.structure.stepwise import Selection, StepwiseSelection
 from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
-from railui.identification.unmodelled.discrepancy import find_discrepancy, may_be_track_noise
+from railui.identification.unmodelled.discrepancy import find_discrepancy, is_small_effect, may_be_track_noise
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
 from railui.identification.verdict import Verdict, decide_verdict, explained_share
@@ -212,8 +212,10 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
         if with_noise is not None:
             (context, floor), discrepancy = with_noise, None
             context.progress.message(f"track noise of {1e3 * context.noise['yw']:.2g} mm (yw) explains the residual")
+    is_small = discrepancy is not None and is_small_effect(context, discrepancy, selection)
+    discrepancy = None if is_small else discrepancy
     ratio = selection.validation.nrmse / floor.nrmse
-    is_noise = ratio <= settings.unexplained_ratio or evidence.is_noise
+    is_noise = ratio <= settings.unexplained_ratio or evidence.is_noise or is_small
     is_adequate, has_track_noise = ratio <= settings.adequate_ratio, with_noise is not None
     context = context.without_deadline()
     return _Examination(context, evidence, discrepancy, is_adequate, is_noise, has_track_noise, is_out_of_time)

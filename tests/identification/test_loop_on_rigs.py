@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from railui import core
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import Context, create_context
@@ -17,6 +19,7 @@ from railui.identification.estimation.noise_floor import NoiseFloor, estimate_no
 from railui.identification.loop import close_loop
 from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_loop
+from tests.truth.campaign import pink
 from tests.truth.effects import effect
 from tests.truth.rig import Bench, write
 
@@ -59,6 +62,41 @@ def test_a_loop_on_a_rig_without_friction_candidates_ends_outside(tmp_path: Path
     assert data["verdict"] == "outside" and data["outside"]["at"] == "rig"
     assert len(data["outside"]["motion"]) == len(data["outside"]["force"])
     assert "identified force curve" in page
+
+
+def test_coloured_noise_of_a_free_decay_is_no_discrepancy(tmp_path: Path):
+    rng, t = np.random.default_rng(3), np.arange(2000) * 0.005
+    for name, start in (("a", 0.02), ("b", 0.013)):
+        z = start * np.exp(-0.2 * t) * np.cos(15.0 * t) + 1e-4 * pink(len(t), rng)
+        rows = [f"{x:.3f},{y:.7g}" for x, y in zip(t, z, strict=True)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t [s],z [m]", *rows]) + "\n")
+    (tmp_path / "vehicle.yaml").write_text("name: decay\nvehicle: {rig: {mass: 3, stiffness: 700, damping: 1.5}}\n")
+    (tmp_path / "campaign.yaml").write_text(
+        "vehicle: vehicle.yaml\nruns: [{file: a.csv, role: adjust}, {file: b.csv, role: validate}]\n"
+    )
+    result = close_loop(read_dataset(load_campaign(tmp_path)), without=SLOW, jobs=1)
+    assert result.validations["after"].nrmse > 1.5 * result.noise_floor.nrmse
+    assert (result.verdict, result.discrepancy) == ("none", None)
+
+
+def test_a_small_effect_under_coloured_noise_is_no_discrepancy(tmp_path: Path):
+    bench = Bench([effect("asymmetric_damper", "rig", ratio=0.5)], 1, seconds=(12.0, 8.0), rate=200.0, noise=0.003)
+    write(bench, tmp_path)
+    for i, name in enumerate(("a", "b")):
+        path = tmp_path / f"run_{name}.csv.gz"
+        head, *rows = gzip.decompress(path.read_bytes()).decode().strip().split("\n")
+        table = np.array([row.split(",") for row in rows], float)
+        for j, column in enumerate(head.split(",")):
+            if column.startswith(("z", "az")):
+                noise = pink(len(table), np.random.default_rng([i, j]))
+                table[:, j] += 0.04 * table[:, j].std() * noise
+        lines = [",".join(f"{x:.7g}" for x in row) for row in table]
+        path.write_bytes(gzip.compress("\n".join([head, *lines, ""]).encode()))
+    kinds = [r["kind"] for r in core.effect_catalogue() if r["kind"] not in ("asymmetric_damper", "quadratic_damper")]
+    result = close_loop(read_dataset(load_campaign(tmp_path)), without=kinds, jobs=1)
+    assert result.score_test.best[0].candidate.kind == "asymmetric_damper" and result.remainder.structured
+    assert result.validations["after"].nrmse > 1.5 * result.noise_floor.nrmse
+    assert (result.verdict, result.discrepancy) == ("none", None)
 
 
 def floor_of(context: Context) -> NoiseFloor:

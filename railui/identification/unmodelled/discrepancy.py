@@ -8,9 +8,9 @@ from railui.campaign.comparison import compared_channels
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import NoiseFloor
-from railui.identification.estimation.residual_evidence import ResidualEvidence
+from railui.identification.estimation.residual_evidence import ResidualEvidence, examine_residual
 from railui.identification.estimation.validation import is_significant_gain
-from railui.identification.structure.candidate_scores import has_structure
+from railui.identification.structure.candidate_scores import has_structure, run_score_test
 from railui.identification.structure.stepwise import Selection
 from railui.identification.unmodelled.evidence import NO_EVIDENCE
 from railui.identification.unmodelled.locate import (
@@ -110,6 +110,27 @@ def may_be_track_noise(context: Context, discrepancy: Discrepancy) -> bool:
     if any(s.is_rig for s in context.dataset.selection):
         return False
     return not _is_force_on_vehicle(context, discrepancy)
+
+
+def is_small_effect(context: Context, discrepancy: Discrepancy, selection: Selection) -> bool:
+    """True where an effect of the library, too small to be selected, leaves nothing but noise of the residual.
+
+    Noise far above its estimated floor, as coloured noise is, hides the share of the error that the effect explains;
+    what acts is in the library all the same.
+    """
+    if discrepancy.lowers_error or discrepancy.run_dependence is not None or is_conclusive(context, discrepancy):
+        return False
+    step = next((s for s in selection.steps if s.score_test is selection.final_score_test), None)
+    if step is None or context.is_out_of_time or not has_structure(context.settings.score_test, step.score_test):
+        return False
+    refits = [r for r in step.refits if r.candidate is not None]
+    if not refits:
+        return False
+    fit = min(refits, key=lambda r: r.rss).fit
+    evidence = examine_residual(context, fit.model)
+    if not evidence.is_noise or evidence.is_shared:
+        return False
+    return not has_structure(context.settings.score_test, run_score_test(context, fit))
 
 
 def is_at_noise_floor(context: Context, fit: Fit, error_to_noise: float) -> bool:

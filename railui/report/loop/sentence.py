@@ -30,7 +30,9 @@ def sentence(result: LoopResult) -> str:
 
 def _none_text(result: LoopResult) -> str:
     text = f"No unmodelled effect detected. Validation error {_error(result, 'after')}; {_noise(result)}."
-    if result.error_to_noise > result.context.settings.selection.unexplained_ratio:
+    if _has_remainder(result):
+        if result.remainder.candidate is not None:
+            text = f"{text} {remainder_text(result)} That effect gains too little to count."
         return (
             f"{text} The residual is {result.error_to_noise:.1f} times the noise floor and coherent with no motion: "
             f"the noise is larger than {known_noise_text(result.noise_floor.source)}."

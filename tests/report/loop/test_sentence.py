@@ -86,6 +86,12 @@ def test_a_large_incoherent_residual_is_noise_larger_than_known(source: str, kno
     )
 
 
+def test_an_effect_too_small_to_count_is_named_with_the_noise() -> None:
+    left = Remainder(1.0, 0.01, False, True, ("asymmetric_damper", "rig", None))
+    text = sentence(result("none", ratio=3.1, remainder=left))
+    assert "resembles asymmetric damper in the rig. That effect gains too little to count. The residual is 3.1" in text
+
+
 def test_an_effect_with_a_remainder_has_its_share_and_what_is_left() -> None:
     left = Remainder(0.00058, 0.3, True, True, ("quadratic_damper", "rig", None), "rig")
     text = sentence(result("effect", PLAY, ratio=34.0, remainder=left, share=0.9994))
