@@ -15,6 +15,7 @@ from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.failed_fit import has_failed, retry_failed_fit
 from railui.identification.estimation.growing_windows import leave_wrong_minimum, misfit_ratio, slips
+from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.modulating_functions import dominant_period, modulating_starts
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import adapt_to_model
@@ -172,3 +173,18 @@ def test_a_fit_that_follows_its_motion_is_left_as_it_is(tmp_path: Path):
     fit = calibrate(context)
     declared, before = (validate(context, m, data.selection) for m in (context.nominal, fit.model))
     assert retry_failed_fit(context, fit, declared, before) == (fit, None, before)
+
+
+@pytest.mark.parametrize("column", ["vz", "az"])
+def test_a_decay_of_a_hardening_spring_starts_where_its_speed_or_acceleration_says(tmp_path: Path, column: str):
+    rig, start = Rig(m=2.0, k=1800.0, c=1.5), (0.02, 0.1)
+    t = np.arange(800) * 0.005
+    series = respond(rig, t, None, [effect("cubic_stiffness", "rig", stiffness=8e6)], start, lively=start[0])
+    units = {"t": "s", "vz": "m/s", "az": "m/s^2"}
+    (tmp_path / "rig.yaml").write_text(rig.text() + "effects: [{kind: cubic_stiffness, at: rig, stiffness: 8e6}]\n")
+    (tmp_path / "campaign.yaml").write_text(campaign_text("decay", "rig.yaml", {}))
+    for name in "ab":
+        write_run(tmp_path / f"run_{name}.csv.gz", {"t": t, column: series[column]}, units, time="%.7g")
+    context = create_context(read_dataset(load_campaign(tmp_path)), jobs=1)
+    state = estimate_initial_state(context, context.nominal, context.dataset.estimation[0])
+    assert state[:2] == pytest.approx(start, rel=1e-3)

@@ -14,6 +14,7 @@ from railui.core import adds_body
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.identification.prediction import Predictor
+from railui.runs.units import DERIVATIVE_ORDERS
 from railui.track import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
 from railui.vehicle.dofs import is_lateral
 from railui.vehicle.model import Model
@@ -26,7 +27,8 @@ NEGLIGIBLE = 1e-13  # of the scaled normal matrix: less is rounding
 PHASE_ITERATIONS = 2  # more where phases are estimated, the first of all in sine and cosine
 SAMPLES_PER_STATE = 8  # at least
 RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
-PART_SHARES = (0.1, 0.3, 1.0)  # of the first seconds of a hunting vehicle, on which its state is estimated in turn
+PART_SHARES = (0.1, 0.3, 1.0)  # of the first seconds, on which a state far from linear is estimated in turn
+START_FACTORS = (1.0, 0.7, 0.5, 1.4, 2.0)  # of a harmonic motion: a nonlinear spring is no linear one
 HUNTING_ITERATIONS = 5  # of Gauss-Newton on each
 MIN_PART_SAMPLES = 30
 STEP_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step that are tried
@@ -128,7 +130,11 @@ class _InitialStateProblem:
         """Estimate the state [state] of a rig by damped iterations from its measured motion; zeros: diverged."""
         state = np.zeros(self.states)
         state[: len(self.scale)] = _measured_start(self.segment)
-        return self._iterate(state, RIG_ITERATIONS)
+        if "z" in self.channels:
+            return self._iterate(state, RIG_ITERATIONS)
+        first = self._part(PART_SHARES[0])
+        state = min((factor * state for factor in START_FACTORS), key=first.misfit_share)
+        return self._solve_by_parts(state, RIG_ITERATIONS)
 
     def misfit_share(self, state: FloatArray) -> float:
         """Squared residual of a state over the squared signal, both without their means; infinite: diverged."""
@@ -142,20 +148,23 @@ class _InitialStateProblem:
         state: the linear estimate, which is iterated, unless one by parts fits better.
         """
         if self.misfit_share(state) > self.context.settings.windows.followed_misfit:
-            by_parts = self._solve_by_parts()
+            by_parts = self._solve_by_parts(self.usual, HUNTING_ITERATIONS)
             state = by_parts if self.misfit_share(by_parts) < self.misfit_share(state) else state
         return self._iterate(state, HUNTING_ITERATIONS)
 
-    def _solve_by_parts(self) -> FloatArray:
-        """Estimate the state [state] by damped iterations from the rails, on growing parts of the first seconds."""
-        state = self.usual
+    def _solve_by_parts(self, state: FloatArray, iterations: int) -> FloatArray:
+        """Estimate the state [state] by damped iterations from one, on growing parts of the first seconds."""
         for share in PART_SHARES:
-            part = copy(self)
-            samples = max(round(share * self.measured.shape[1]), MIN_PART_SAMPLES)
-            part.table = np.ascontiguousarray(self.table[: 2 * self.predictor.steps * (samples - 1) + 1])
-            part.measured = self.measured[:, :samples]
-            state = part._iterate(state, HUNTING_ITERATIONS)
+            state = self._part(share)._iterate(state, iterations)
         return state
+
+    def _part(self, share: float) -> _InitialStateProblem:
+        """Return the problem of the first part of these seconds."""
+        part = copy(self)
+        samples = min(max(round(share * self.measured.shape[1]), MIN_PART_SAMPLES), self.measured.shape[1])
+        part.table = np.ascontiguousarray(self.table[: 2 * self.predictor.steps * (samples - 1) + 1])
+        part.measured = self.measured[:, :samples]
+        return part
 
     def _iterate(self, state: FloatArray, iterations: int) -> FloatArray:
         """Take damped steps of Gauss-Newton from a state as long as the misfit falls."""
@@ -224,14 +233,16 @@ class _InitialStateProblem:
 
 
 def _measured_start(segment: Segment) -> FloatArray:
-    """Displacement and rate of a rig at the first sample, from a parabola through the first samples; zeros: no z."""
-    z = segment.columns.get("z")
-    if z is None:
-        return np.zeros(2)
-    count = min(len(z), max(START_SAMPLES, round(START_PERIODS * dominant_period(segment) / segment.dt)))
-    z = z - z.mean()
-    offset, rate, _ = np.polynomial.polynomial.polyfit(np.arange(count) * segment.dt, z[:count], 2)
-    return np.array([offset, rate])
+    """Displacement and rate of a rig at the first sample, from a parabola through the first samples.
+
+    Where only a speed or an acceleration was measured, the motion counts as harmonic: z = -z'' / w^2.
+    """
+    name = segment.channels[0]
+    x, w = segment.columns[name], 2.0 * np.pi / dominant_period(segment)
+    count = min(len(x), max(START_SAMPLES, round(START_PERIODS * dominant_period(segment) / segment.dt)))
+    value, slope, _ = np.polynomial.polynomial.polyfit(np.arange(count) * segment.dt, x[:count] - x.mean(), 2)
+    starts = {"z": (value, slope), "vz": (-slope / w**2, value), "az": (-value / w**2, -slope / w**2)}
+    return np.array(starts[name])
 
 
 def _quadrature(count: int) -> tuple[FloatArray, FloatArray]:
@@ -275,8 +286,10 @@ def state_scale(settings: InitialStateSettings, segment: Segment, model: Model) 
     if segment.kind == "bench":
         return np.zeros(0)
     if segment.kind == "rig":
-        usual = max(float(np.std(segment.columns[segment.channels[0]])), 1e-12)
-        displacement = np.array([usual])
+        name = segment.channels[0]
+        per_radian = dominant_period(segment) / (2.0 * np.pi)
+        usual = float(np.std(segment.columns[name])) * per_radian ** DERIVATIVE_ORDERS.get(name, 0)
+        displacement = np.array([max(usual, 1e-12)])
         return np.concatenate([displacement, displacement / segment.dt * RIG_RATE_SHARE])
     if model.design.structure is not None:
         lateral = [is_lateral(dof) for dof in model.vehicles().degrees_of_freedom(model.single_batch())]
