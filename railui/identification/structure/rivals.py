@@ -10,6 +10,9 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.structure.couplings import find_couplings
 from railui.identification.structure.drift import find_drifts
 from railui.identification.structure.freed_groups import FreedGroups, free_groups
+from railui.memo import IdentityCache
+
+REMEMBERED_FITS = 16  # more than the models of a selection
 
 
 class Rival(NamedTuple):
@@ -25,15 +28,20 @@ class RivalExplanations:
     def __init__(self, context: Context) -> None:
         self.context = context
         self.settings = context.settings.selection
-        self._freed: list[tuple[Fit, FreedGroups]] = []
+        self._outside = IdentityCache[list[Rival]](REMEMBERED_FITS)
+        self._freed = IdentityCache[FreedGroups](REMEMBERED_FITS)
 
     def outside_library(self, fit: Fit) -> list[Rival]:
-        """Find the best drift and the best coupling."""
-        drifts, couplings = find_drifts(self.context, fit)[:1], find_couplings(self.context, fit)[:1]
-        return [
-            *(Rival(f"{d.path} varying along the track", d.share) for d in drifts),
-            *(Rival(f"a coupling of {c.text}", c.share) for c in couplings),
-        ]
+        """Find the best drift and the best coupling, once for a fit."""
+
+        def find() -> list[Rival]:
+            drifts, couplings = find_drifts(self.context, fit)[:1], find_couplings(self.context, fit)[:1]
+            return [
+                *(Rival(f"{d.path} varying along the track", d.share) for d in drifts),
+                *(Rival(f"a coupling of {c.text}", c.share) for c in couplings),
+            ]
+
+        return self._outside.get("outside", find, owner=fit)
 
     def explain_more(self, rivals: Sequence[Rival], share: float) -> bool:
         """True where one of these explains clearly more than an effect that explains a share of the misfit."""
@@ -45,11 +53,7 @@ class RivalExplanations:
 
     def freed_groups(self, fit: Fit) -> FreedGroups:
         """Test the differences within groups against the residual of a fit, once."""
-        for known, freed in self._freed:
-            if known is fit:
-                return freed
-        self._freed.append((fit, free_groups(self.context, fit)))
-        return self._freed[-1][1]
+        return self._freed.get("freed", lambda: free_groups(self.context, fit), owner=fit)
 
     def members_explain_as_much(self, fit: Fit, rss: float, parameters: int) -> bool:
         """True where different numbers of joints or wheelsets explain as much as effects that leave a misfit.

@@ -57,3 +57,15 @@ def test_differing_members_replace_an_effect(
     tried, fit = explanations(simpler_misfit_ratio=1.02, rival_ratio=1.05), fit_of(100.0, 17)
     assert [tried.members_explain_as_much(fit, 20.0, 18) for _ in range(2)] == [explains, explains]
     assert calls == [fit]
+
+
+def test_the_rivals_of_a_fit_are_sought_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search for a pair asks for those of a model from which a single effect was sought before."""
+    calls = []
+    drift = SimpleNamespace(path="vehicle.primary.lateral_stiffness", share=0.2)
+    monkeypatch.setattr(rivals, "find_drifts", lambda context, fit: calls.append(fit) or [drift])
+    monkeypatch.setattr(rivals, "find_couplings", lambda context, fit: [])
+    tried, first, second = explanations(), fit_of(1.0, 1), fit_of(1.0, 1)
+    found = [tried.outside_library(fit) for fit in (first, second, first)]
+    assert calls == [first, second]
+    assert found == 3 * [[Rival("vehicle.primary.lateral_stiffness varying along the track", 0.2)]]
