@@ -44,10 +44,12 @@ def with_track_noise(
     noise, limit = context.noise, _largest_factor(context)
     if not any(noise.get(c, 0.0) > 0.0 for c in TRACK_COLUMNS):
         noise, limit = _assumed(context), np.inf
+        if not noise:
+            return None
         draws = context.settings.validation.preliminary_floor_draws
         floor = estimate_noise_floor(_with(context, noise), model, context.dataset.selection, draws)
     excess = floor.nrmse**2 - floor.sensors_only**2
-    if not noise or excess <= 0.0 or not validation.nrmse > floor.sensors_only:
+    if excess <= 0.0 or not validation.nrmse > floor.sensors_only:
         return None
     factor = float(np.sqrt((validation.nrmse**2 - floor.sensors_only**2) / excess))
     if factor > limit:

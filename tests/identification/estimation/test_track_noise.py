@@ -10,6 +10,7 @@ import pytest
 from railui.campaign.noise.model import ColumnNoise, NoiseModel
 from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.identification.context import Context
+from railui.identification.estimation import track_noise
 from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.track_noise import with_track_noise
 from railui.identification.estimation.validation import Validation, validate
@@ -68,9 +69,15 @@ def test_a_level_that_is_known_closely_stays(residual: tuple[Context, Validation
     assert level_found(with_levels(context, 0.5, np.log(1.2)), validation) is None
 
 
-def test_a_track_stated_without_noise_has_none(residual: tuple[Context, Validation]) -> None:
+def test_a_track_stated_without_noise_has_none(
+    residual: tuple[Context, Validation], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No noise is simulated to find this."""
     context, validation = residual
-    assert level_found(with_levels(context, 0.0, 0.0), validation) is None
+    context = with_levels(context, 0.0, 0.0)
+    floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
+    monkeypatch.setattr(track_noise, "estimate_noise_floor", None)
+    assert with_track_noise(context, context.nominal, validation, floor) is None
 
 
 def test_an_error_of_one_channel_alone_is_no_track_noise(residual: tuple[Context, Validation]) -> None:
