@@ -18,6 +18,7 @@ from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.comparison import comparison_filter
 from railui.dsp.spectra import hann
 from railui.identification.context import Context
+from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
@@ -142,8 +143,7 @@ def _share(shares: Sequence[_WindowedShare]) -> float:
 def _standard_error(shares: Sequence[_WindowedShare]) -> float:
     """Standard error of the share: of a ratio over the windows of all segments."""
     total, explained = (np.concatenate([s[i] for s in shares]) for i in (0, 1))
-    scatter = explained - explained.sum() / total.sum() * total
-    return float(np.sqrt(np.sum(scatter**2)) / abs(total.sum()) / (1.0 - shares[0].chance))
+    return ratio_standard_error(explained, total) / (1.0 - shares[0].chance)
 
 
 def _transforms(series: FloatArray, target: FitSegment) -> ComplexArray:
