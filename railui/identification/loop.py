@@ -162,6 +162,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         has_discrepancy=discrepancy is not None
         or freed_members_lower_error(context, selection.freed, selection.validation)
         or (not examination.is_noise and (is_cut or remainder.structured or remainder.coherent)),
+        diverges=bool(validations["after"].diverged),
     )
     context.progress.message(
         f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"

@@ -112,6 +112,7 @@ def decide_verdict(
     remainder: Remainder,
     is_adequate: bool,
     has_discrepancy: bool,
+    diverges: bool = False,
 ) -> Verdict:
     """Apply the rules of the verdict.
 
@@ -123,9 +124,13 @@ def decide_verdict(
         Whether the error is that of noise.
     has_discrepancy
         Whether a discrepancy that is not in the library was found.
+    diverges
+        Whether the final model diverges on a validation run: its effects then explain only a part.
     """
     is_left = remainder.structured or remainder.coherent or has_discrepancy
     if has_effects:
+        if diverges:
+            return Verdict.PARTIAL
         is_whole = explained is None or explained.value >= settings.min_explained_share
         return Verdict.EFFECT if is_whole or is_adequate or not is_left else Verdict.PARTIAL
     return Verdict.OUTSIDE if has_discrepancy else Verdict.NONE

@@ -113,6 +113,13 @@ def test_an_effect_that_leaves_no_structure_is_the_effect():
     assert verdict(0.71, remainder(structured=True), accepted=True, adequate=True) == "effect"
 
 
+def test_effects_with_which_the_model_diverges_are_no_whole_explanation():
+    left = remainder()
+    rules = {"explained": None, "remainder": left, "is_adequate": True, "has_discrepancy": False}
+    verdicts = [decide_verdict(VerdictSettings(), has_effects=True, **rules, diverges=x) for x in (False, True)]
+    assert verdicts == ["effect", "partial"]
+
+
 def test_without_an_effect_the_verdict_is_outside_or_none():
     assert verdict(0.0, remainder(structured=True), accepted=False, outside=True) == "outside"
     assert verdict(0.0, remainder(structured=True), accepted=False) == "none"
