@@ -90,6 +90,11 @@ class Segment:
         return [c for c in known.column_names(self.kind, "response") if c in self.columns]
 
     @property
+    def input_columns(self) -> tuple[str, ...]:
+        """Names of the columns that drive the vehicle: of the track, or the input of a rig, as far as measured."""
+        return tuple(c for c in known.column_names(self.kind, "track") if c in self.columns)
+
+    @property
     def coach_forces(self) -> tuple[str, ...]:
         """Names of the measured forces of the carbody, which are inputs of the model."""
         return tuple(q for q in COACH_FORCES if q in self.columns)
@@ -209,7 +214,7 @@ class Segment:
     def _noisy_rig_table(
         self, noise: Mapping[str, float], rng: np.random.Generator, half_wheelbase: Wheelbase, steps: int
     ) -> FloatArray:
-        inputs = [c for c in known.column_names(self.kind, "track") if c in self.columns and noise.get(c)]
+        inputs = [c for c in self.input_columns if noise.get(c)]
         if not inputs:
             return self.table(half_wheelbase, steps)
         noisy = {c: self.columns[c] + noise[c] * rng.standard_normal(self.samples) for c in inputs}

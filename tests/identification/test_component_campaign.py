@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,10 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
+from railui.identification.context import create_context
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.estimation.unbiased import track_noise_scores
 from railui.identification.estimation.validation import validate
 from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
@@ -66,6 +71,16 @@ def test_a_loop_identifies_the_friction_of_a_component(friction: LoopResult) -> 
     assert model.value("vehicle.rig.damping") == pytest.approx(1500.0, rel=0.02)
     assert model.value("vehicle.rig.preload") == pytest.approx(25.0, abs=0.5)
     assert friction.validations["after"].nrmse < 0.02
+
+
+def test_noise_of_the_prescribed_motion_biases_the_estimates(tmp_path: Path) -> None:
+    """A least-squares slope over a motion recorded with noise is too low."""
+    dataset = read_dataset(load_campaign(campaign(tmp_path, {"0 A": 0.0})))
+    context = create_context(replace(dataset, noise={"z": 1e-3, "F": 1.0}), jobs=1)
+    fit = calibrate(context)
+    optimiser = GaussNewton(context, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    scores = dict(zip(fit.free.paths, track_noise_scores(context, fit, optimiser), strict=True))
+    assert scores["vehicle.rig.stiffness"] < 0.0
 
 
 def test_the_exported_element_has_the_identified_law(friction: LoopResult, tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ RIG_RANGE = 100.0  # bound of a rig's parameter, in its usual size
 RIG_ANGULAR_FREQUENCY = 62.8  # rad/s: 10 Hz
 RIG_DAMPING_RATIO = 0.1
 LEAST_SLIP_SHARE = 3e-3  # of the rms rate of the motion
+BOUND_WIDTH = 1e-6  # of the usual size: an estimate so near a bound counts as being on it
 RATE_ORDER = {"z": 1, "vz": 0, "az": -1}  # powers of the angular frequency that make a rate of a channel
 
 
@@ -49,6 +50,11 @@ class FreeParameters:
     prior: FloatArray
     prior_sd: FloatArray
     ratio: NDArray[np.bool_]
+
+    def are_on_bound(self, x: FloatArray) -> NDArray[np.bool_]:
+        """True for each of the estimates x [p] that is on one of its bounds."""
+        width = BOUND_WIDTH * self.size
+        return np.asarray((x <= self.low + width) | (x >= self.high - width))
 
     def without_parameter(self, j: int) -> FreeParameters:
         """Return the same without the j-th parameter, which keeps its value."""

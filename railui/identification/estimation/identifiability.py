@@ -18,7 +18,6 @@ DEVIANCE_90 = 2.706  # rise of the deviance at the ends of a 90 % interval: chi-
 PROFILE_ITERATIONS = 3
 PROFILE_TOLERANCE = 1e-5
 MAX_PARTNERS = 3
-BOUND_WIDTH = 1e-6  # of the usual size: an estimate so near a bound counts as being on it
 SECTION_LOOSENESS = 100.0  # variance within which a section may differ from the whole run, in that of its estimate
 DETERMINED, ROUGH = "determined", "determined roughly"
 COMBINED, UNSEEN = "only in combination", "not seen by these sensors"
@@ -120,11 +119,11 @@ def parameter_flags(fit: Fit, settings: IdentifiabilitySettings) -> list[str | N
     sd = fit.sd
     scaled = fit.covariance / np.outer(np.maximum(sd, 1e-300), np.maximum(sd, 1e-300))
     off_diagonal = np.abs(scaled - np.diag(np.diag(scaled)))
+    is_on_bound = fit.free.are_on_bound(fit.x)
     flags: list[str | None] = []
     for i in range(len(fit.x)):
-        width = BOUND_WIDTH * fit.free.size[i]
         prior_sd = fit.free.prior_sd[i]
-        if fit.x[i] <= fit.free.low[i] + width or fit.x[i] >= fit.free.high[i] - width:
+        if is_on_bound[i]:
             flags.append("bound")
         elif np.isfinite(prior_sd) and sd[i] > settings.unseen_prior_share * prior_sd:
             flags.append("unseen")

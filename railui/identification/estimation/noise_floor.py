@@ -20,7 +20,7 @@ from railui.campaign.comparison import (
     overall_nrmse,
 )
 from railui.campaign.noise.model import NoiseModel
-from railui.campaign.segment import TRACK_COLUMNS, Segment
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Predictor
@@ -124,22 +124,27 @@ def estimate_noise_floor(
     channels = [nrmse(comparisons) for comparisons in both]
     totals = [overall_nrmse(c) for c in channels]
     sensor_channels = [nrmse(comparisons) for comparisons in sensors]
+    inputs = list(dict.fromkeys(c for s in segments for c in s.input_columns))
     return NoiseFloor(
         float(np.mean(totals)),
         float(np.std(totals)),
         {c: float(np.mean([e[c] for e in channels])) for c in channels[0]},
         float(np.mean([overall_nrmse(c) for c in sensor_channels])),
-        _interval(context.noise, channels, sensor_channels, float(np.std(totals))),
+        _interval(context.noise, inputs, channels, sensor_channels, float(np.std(totals))),
         context.noise.source,
     )
 
 
 def _interval(
-    noise: NoiseModel, both: Sequence[Mapping[str, float]], sensors: Sequence[Mapping[str, float]], sd: float
+    noise: NoiseModel,
+    inputs: Sequence[str],
+    both: Sequence[Mapping[str, float]],
+    sensors: Sequence[Mapping[str, float]],
+    sd: float,
 ) -> tuple[float, float]:
     """5th and 95th percentile of the noise floor over log-normal noise levels and normal realisations of it.
 
-    The level of every sensor is uncertain by itself, that of the track columns by one factor.
+    The level of every sensor is uncertain by itself, that of the input columns by one factor.
     """
     names = list(both[0])
     total = np.array([np.mean([e[c] ** 2 for e in both]) for c in names])
@@ -147,7 +152,8 @@ def _interval(
     rng = np.random.default_rng(np.random.SeedSequence([INTERVAL_SEED]))
     log_sd = np.array([noise.log_sd(c) for c in names])
     levels = np.exp(2.0 * log_sd * rng.standard_normal((INTERVAL_DRAWS, len(names))))
-    track = np.exp(2.0 * max(map(noise.log_sd, TRACK_COLUMNS)) * rng.standard_normal((INTERVAL_DRAWS, 1)))
+    log_sd_of_inputs = max(map(noise.log_sd, inputs), default=0.0)
+    track = np.exp(2.0 * log_sd_of_inputs * rng.standard_normal((INTERVAL_DRAWS, 1)))
     drawn = np.sqrt(np.mean(own * levels + (total - own) * track, axis=1)) + sd * rng.standard_normal(INTERVAL_DRAWS)
     low, high = np.nanpercentile(np.maximum(drawn, 0.0), [5.0, 95.0])
     return float(low), float(high)

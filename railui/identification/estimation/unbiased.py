@@ -18,8 +18,6 @@ from railui.identification.estimation.problem import FitSegment
 from railui.parallel import map_threads
 
 BIAS_SEED = 17
-BOUND_WIDTH = 1e-6  # of the usual size: an estimate so near a bound stays there
-TRACK_NOISE = ("yw", "phiw", "gauge", "u")
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +52,7 @@ def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
     optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
     joint = _joint_products(context, fit, optimiser)
     p = len(fit.x)
-    width = BOUND_WIDTH * fit.free.size
-    inside = (fit.x > fit.free.low + width) & (fit.x < fit.free.high - width)
-    free = np.concatenate([inside, np.ones(len(joint.precision) - p, dtype=bool)])
+    free = np.concatenate([~fit.free.are_on_bound(fit.x), np.ones(len(joint.precision) - p, dtype=bool)])
     step = joint.solve(joint.blocks.sum(axis=0)[1:, 0] + joint.variance * joint.gradient, free)
     scores = np.concatenate([track_noise_scores(context, fit, optimiser), np.zeros(len(free) - p)])
     bias = joint.solve(scores, free)[:p]
@@ -94,7 +90,7 @@ def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> Fl
     diverges are left out; zeros where it diverges on all those of a segment.
     """
     noise, draws = context.noise, context.settings.calibration.bias_draws
-    if not any(noise.get(c) for c in TRACK_NOISE):
+    if not any(noise.get(c) for t in fit.segments for c in t.segment.input_columns):
         return np.zeros(len(fit.x))
     spacing = fit.model.wheelset_spacing()
 

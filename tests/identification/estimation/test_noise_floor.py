@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from railui.identification.estimation.noise_floor import estimate_noise_floor, noise_weights
+from railui.campaign.noise.model import ColumnNoise, NoiseModel
+from railui.campaign.noise.spectrum import NoiseSpectrum
+from railui.identification.estimation.noise_floor import _interval, estimate_noise_floor, noise_weights
 from railui.progress import Progress
 from railui.vehicle.model import Model
 from tests.blind.simulated import simulated_campaign
@@ -43,3 +45,11 @@ def test_its_channels_are_weighted_by_noise_of_the_sensors() -> None:
     segment = case.dataset.estimation[0]
     of_sensors, of_both = (noise_weights(case.context, m, segment) for m in (hunting, case.context.nominal))
     assert np.all(np.isfinite(of_sensors)) and np.all(of_sensors >= of_both)
+
+
+def test_the_interval_of_a_rig_has_the_uncertainty_of_its_input() -> None:
+    """Half of the squared floor comes from the input, whose level is known to a factor of exp(0.5)."""
+    noise = NoiseModel({c: ColumnNoise(1.0, NoiseSpectrum(1.0), log_sd=x) for c, x in (("z", 0.0), ("u", 0.5))})
+    low, high = _interval(noise, ["u"], [{"z": 0.2}], [{"z": 0.2 / np.sqrt(2.0)}], 0.0)
+    ends = 0.2 * np.sqrt(0.5 * (1.0 + np.exp(2.0 * 0.5 * 1.645 * np.array([-1.0, 1.0]))))
+    np.testing.assert_allclose([low, high], ends, rtol=0.03)
