@@ -16,6 +16,7 @@ from numpy.polynomial import Polynomial
 
 from railui.arrays import FloatArray
 from railui.campaign.segment import Segment
+from railui.dsp.spectra import hann
 from railui.vehicle.model import Model
 
 EXPONENT = 4  # of 1 - x^2, which vanishes at both ends with three derivatives
@@ -31,7 +32,7 @@ TERMS = ("mass", "damping", "stiffness", "gain")
 def dominant_period(segment: Segment) -> float:
     """Period [s] at which the first measured channel has most power."""
     x = segment.columns[segment.channels[0]]
-    power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)))) ** 2
+    power = np.abs(np.fft.rfft((x - x.mean()) * hann(len(x)))) ** 2
     return len(x) * segment.dt / max(int(np.argmax(power)), 1)
 
 

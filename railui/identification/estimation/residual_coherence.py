@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.comparison import comparison_filter, cut_samples, upper_band_limit
-from railui.campaign.segment import TRACK_COLUMNS, Segment
-from railui.dsp.spectra import hann
+from railui.campaign.segment import Segment
+from railui.dsp.spectra import MIN_INPUT_SIZE, hann
 from railui.identification.context import Context
 from railui.identification.prediction import Prediction
-from railui.runs.columns import column_names
 from railui.vehicle.track_geometry import track_geometry
 
 WINDOW_SECONDS = 2.56  # longest window of the spectra
@@ -28,7 +27,6 @@ RIG_WINDOWS = 60  # half-overlapping windows in a record of a rig
 WINDOWS_PER_INPUT = 4  # at least; the window is shortened for them
 OVERLAP_CORRELATION = 1 / 6  # of the transforms of white noise in Hann windows that overlap by half, Welch 1967
 JACKKNIFE_GROUPS = 10
-MIN_SINGULAR_VALUE = 1e-5  # of the inputs at a frequency over the largest: less is no input of its own
 
 
 class Share(NamedTuple):
@@ -131,11 +129,9 @@ def track_inputs(context: Context, segment: Segment) -> FloatArray:
     """Filtered track columns under all wheelsets [input, n], or the input of a rig; those that are zero left out."""
     columns = segment.columns
     n = segment.samples - 2 * cut_samples(context.campaign, segment)
-    if segment.is_rig:
-        inputs = [columns[name] for name in column_names(segment.kind, "track") if name in columns]
-    else:
-        track = [columns[name] for name in TRACK_COLUMNS if name in columns]
-        inputs = track_geometry(context.nominal.design).under_wheelsets(columns["s"], track)
+    inputs = [columns[name] for name in segment.input_columns]
+    if not segment.is_rig:
+        inputs = track_geometry(context.nominal.design).under_wheelsets(columns["s"], inputs)
     moving = [x for x in inputs if np.ptp(x) > 0.0]
     return comparison_filter(context.campaign, segment, np.stack(moving)) if moving else np.zeros((0, n))
 
@@ -205,7 +201,7 @@ def _explained_power(outputs: ComplexArray, inputs: ComplexArray, phase: FloatAr
         return np.zeros(outputs.shape[2]), power.sum(axis=0)
     scale = np.sqrt(np.sum(np.abs(inputs) ** 2, axis=1, keepdims=True))
     basis, size, _ = np.linalg.svd(inputs / np.maximum(scale, 1e-300), full_matrices=False)
-    independent = size > MIN_SINGULAR_VALUE * size[:, :1]
+    independent = size > MIN_INPUT_SIZE * size[:, :1]
     projected = np.abs(basis.conj().transpose(0, 2, 1) @ outputs) ** 2
     explained = np.sum(projected * independent[:, :, None], axis=1)
     neighbours = np.sum(_neighbour_products(basis) * independent, axis=1)
@@ -223,7 +219,7 @@ def _power_explained_by_others(series: ComplexArray, phase: FloatArray) -> tuple
     power = np.sum(np.abs(series) ** 2, axis=1)
     scale = np.maximum(np.sqrt(power), 1e-300)
     basis, size, axes = np.linalg.svd(series / scale[:, None], full_matrices=False)
-    size = np.maximum(size, MIN_SINGULAR_VALUE * size[:, :1])
+    size = np.maximum(size, MIN_INPUT_SIZE * size[:, :1])
     column = (basis / size[:, None]) @ axes
     squares = np.sum(np.abs(column) ** 2, axis=1)
     neighbours = np.sum(_neighbour_products(basis), axis=1)[:, None] - _neighbour_products(column) / squares
