@@ -9,6 +9,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.comparison import compared_channels
 from railui.identification.context import Context
+from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 
@@ -60,25 +61,27 @@ def leave_one_run_out(context: Context, fit: Fit, validation_fit: Fit | None) ->
         grams[t.segment.run_index] += np.einsum("icn,jcn->cij", series, series, optimize=True)
         power[t.segment.run_index] += np.sum(t.measured**2, axis=1)
     used = [channels[0].index(c) for c in compared_channels(segments[0].segment)]
-    ridge = np.diag(fit.normal.variance / fit.free.prior_sd**2)
     total = np.sum(list(grams.values()), axis=0)
     rows = []
     for run in runs:
         first = next(t.segment for t in segments if t.segment.run_index == run)
         errors = (
-            _nrmse(grams[run][used], power[run][used], _step(gram.sum(axis=0), ridge))
+            _nrmse(grams[run][used], power[run][used], change_of_estimates(fit, gram.sum(axis=0)))
             for gram in (total - grams[run], total)
         )
         rows.append(LeftOutRun(first.file, first.role, *errors))
     return rows
 
 
-def _step(gram: FloatArray, ridge: FloatArray) -> FloatArray:
-    """Change [p] of the parameters that minimises the misfit of inner products [1 + p, 1 + p]."""
-    a = gram[1:, 1:] + ridge
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-    inverse = np.linalg.pinv(a * np.outer(scale, scale), rcond=CUTOFF, hermitian=True)
-    return np.asarray(scale * (inverse @ (scale * gram[1:, 0])))
+def change_of_estimates(fit: Fit, gram: FloatArray) -> FloatArray:
+    """Change [p] of the estimates of a fit by which they follow other data, to first order.
+
+    gram: products [1 + p, 1 + p] of the residual of the fit and its sensitivities in these data. The priors keep their
+    means: they pull the estimates back as they did in the fit.
+    """
+    precision = fit.normal.variance / fit.free.prior_sd**2
+    inverse = scaled_inverse(gram[1:, 1:] + np.diag(precision), CUTOFF)
+    return np.asarray(inverse @ (gram[1:, 0] + precision * (fit.free.prior - fit.x)))
 
 
 def _nrmse(grams: FloatArray, power: FloatArray, step: FloatArray) -> float:

@@ -15,6 +15,7 @@ from railui.core import effect_record
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
+from railui.identification.estimation.leave_one_out import change_of_estimates
 from railui.identification.estimation.problem import FitSegment, adapt_to_model
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult, signed_rho
@@ -197,13 +198,9 @@ def cross_validation_errors(settings: RefitSettings, fit: Fit) -> FloatArray:
     """Squared misfit [block, channel] of each block with parameters estimated on the other folds, to first order."""
     gram = fit.normal.gram
     total = fit.normal.total
-    ridge = np.diag(fit.normal.variance / fit.free.prior_sd**2)
     errors = np.zeros(gram.shape[:2])
     for fold in np.array_split(np.arange(len(gram)), min(settings.cross_validation_folds, len(gram))):
-        left = total - gram[fold].sum(axis=(0, 1))
-        a = left[1:, 1:] + ridge
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-        shift = scale * (np.linalg.pinv(a * np.outer(scale, scale), rcond=1e-9) @ (scale * left[1:, 0]))
+        shift = change_of_estimates(fit, total - gram[fold].sum(axis=(0, 1)))
         g = gram[fold]
         quadratic = np.einsum("p,bcpq,q->bc", shift, g[..., 1:, 1:], shift)
         errors[fold] = g[..., 0, 0] - 2 * g[..., 0, 1:] @ shift + quadratic
