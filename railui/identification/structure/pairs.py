@@ -18,12 +18,11 @@ from railui.arrays import FloatArray
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
-from railui.identification.estimation.problem import adapt_to_model
 from railui.identification.structure.candidates import Candidate, batches_on, candidate_text
 from railui.identification.structure.evidence import ScoreResult
-from railui.identification.structure.refit import refit_leading_first, worthwhile_misfit
+from railui.identification.structure.refit import continue_on_whole_runs, refit_leading_first, worthwhile_misfit
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
-from railui.identification.structure.screening import ScreeningFits, fit_with_effects, scaled_shape
+from railui.identification.structure.screening import ScreeningFits, scaled_shape
 from railui.parallel import map_threads
 
 
@@ -169,18 +168,11 @@ def _screen(screening: ScreeningFits, pair: PairScore) -> Fit | None:
 def _refit(context: Context, fit: Fit, misfit_limit: float, item: tuple[PairScore, Fit]) -> PairRefit | None:
     """Continue the screening fit of a pair on the complete runs."""
     pair, screened = item
-    background, tolerance = context.in_background(1), context.settings.refit.comparison_tolerance
-    paths = [*context.campaign.estimated_parameters, *screened.model.effect_paths()]
-    try:
-        segments = adapt_to_model(background, screened.model, fit.segments)
-    except ValueError:
-        return None
-    final = fit_with_effects(
-        background,
-        screened.model,
-        segments,
-        paths,
-        tolerance=tolerance,
+    final = continue_on_whole_runs(
+        context.in_background(1),
+        screened,
+        fit.segments,
+        tolerance=context.settings.refit.comparison_tolerance,
         max_iterations=MAX_ITERATIONS if misfit_limit > 0.0 else 0,
         misfit_limit=misfit_limit,
     )

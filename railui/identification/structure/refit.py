@@ -107,28 +107,16 @@ def refit_candidates(
         """Continue a screening fit on the complete runs: to convergence near the least misfit, else evaluate it."""
         s, f = item
         is_close = f.normal.rss <= limit and misfit_limit > 0.0
-        max_steps = None if is_close else screening.max_steps
-        try:
-            segments = adapt_to_model(background, f.model, fit.segments, max_steps)
-        except ValueError:
-            return None  # too stiff to be simulated over whole runs
-        if f.model.design.kind == "rig":  # the screening fit has the better initial state
-            screened_starts = {_start_key(t): t.initial_state for t in f.segments}
-            segments = [replace(t, initial_state=screened_starts.get(_start_key(t), t.initial_state)) for t in segments]
-        paths = [*context.campaign.estimated_parameters, *f.model.effect_paths()]
-        iterations = MAX_ITERATIONS if is_close else 0
-        final = fit_with_effects(
+        final = continue_on_whole_runs(
             background,
-            f.model,
-            segments,
-            paths,
+            f,
+            fit.segments,
             tolerance=tolerance,
-            max_iterations=iterations,
+            max_iterations=MAX_ITERATIONS if is_close else 0,
+            max_steps=None if is_close else screening.max_steps,
             misfit_limit=misfit_limit,
         )
-        if final is None:
-            return None
-        return Refit(s.candidate, final, cross_validation_errors(settings, final), s)
+        return None if final is None else Refit(s.candidate, final, cross_validation_errors(settings, final), s)
 
     refits = list[Refit]()
     for done in refit_leading_first(context, screened, limit, worthwhile_misfit(context, fit), refit):
@@ -174,6 +162,36 @@ def refit_leading_first(
                 least = min(least, done.rss)
                 yield done
         misfit_limit = settings.given_up_ratio * least if least <= worthwhile else 0.0
+
+
+def continue_on_whole_runs(
+    context: Context,
+    screened: Fit,
+    whole: Sequence[FitSegment],
+    *,
+    tolerance: float,
+    max_iterations: int,
+    max_steps: int | None = None,
+    misfit_limit: float = np.inf,
+) -> Fit | None:
+    """Continue a screening fit, all parameters free, on the complete runs; None where it cannot be simulated there."""
+    model = screened.model
+    try:
+        segments = adapt_to_model(context, model, whole, max_steps)
+    except ValueError:
+        return None  # too stiff to be simulated over whole runs
+    if model.design.kind == "rig":  # the screening fit has the better initial state
+        starts = {_start_key(t): t.initial_state for t in screened.segments}
+        segments = [replace(t, initial_state=starts.get(_start_key(t), t.initial_state)) for t in segments]
+    return fit_with_effects(
+        context,
+        model,
+        segments,
+        [*context.campaign.estimated_parameters, *model.effect_paths()],
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        misfit_limit=misfit_limit,
+    )
 
 
 def _start_key(target: FitSegment) -> tuple[str, int, int]:
