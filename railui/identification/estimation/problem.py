@@ -12,14 +12,18 @@ from railui.campaign.comparison import comparison_filter, kernel_filter, sosfilt
 from railui.campaign.segment import Segment
 from railui.core import ZeroPhaseFilter, adds_body
 from railui.identification.context import Context
-from railui.identification.estimation.initial_state import estimate_initial_state, may_hunt, state_scale
+from railui.identification.estimation.initial_state import (
+    DIFFERENCE_STEP,
+    estimate_initial_state,
+    may_hunt,
+    state_scale,
+)
 from railui.identification.estimation.noise_floor import noise_weights
 from railui.identification.prediction import Predictor, Simulation, required_steps
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 WEIGHTED_WINDOWS = 6  # windows of a segment on which noise is simulated for the weights of all
-DIFFERENCE_STEP = 1e-3  # of its usual size, of an initial state
 START_SHARES = (0.0, 0.1, 0.3, 1.0)  # of the correction of an initial state that are tried
 MAX_START_IMPROVEMENTS = 4
 RENEWED_GAIN = 0.01  # of the misfit by a correction, from which the sensitivity is computed again
@@ -202,15 +206,28 @@ def settle_start(context: Context, model: Model, target: FitSegment) -> FitSegme
 def _start_correction(context: Context, model: Model, target: FitSegment) -> tuple[InitialStateSensitivity, FloatArray]:
     """Sensitivity to the initial state, and its correction [state] by linear least squares."""
     scale = state_scale(context.settings.initial_state, target.segment, model)
+    simulated, rows = sensitivities_to_start(model, target, scale)
+    gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
+    sensitivity = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
+    return sensitivity, np.asarray(scale * sensitivity.estimate(target.measured - simulated))
+
+
+def sensitivities_to_start(model: Model, target: FitSegment, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Compute the compared channels [channel, n] and their sensitivities [state, channel, n] to the initial state.
+
+    scale: usual size [state] of each estimated state, to which the sensitivities refer.
+
+    Raises
+    ------
+    DivergedError
+        Where the vehicle diverges.
+    """
     starts = np.tile(target.initial_state, (len(scale) + 1, 1))
     starts[1:, : len(scale)] += np.diag(DIFFERENCE_STEP * scale)
     series, diverged = _from_starts(model, target, starts)
     if np.any(diverged >= 0):
         raise DivergedError(f"the vehicle diverges on {target.segment.file} at {target.segment.columns['t'][0]:g} s")
-    rows = (series[1:] - series[0]) / DIFFERENCE_STEP
-    gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
-    sensitivity = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
-    return sensitivity, np.asarray(scale * sensitivity.estimate(target.measured - series[0]))
+    return series[0], (series[1:] - series[0]) / DIFFERENCE_STEP
 
 
 def _from_starts(model: Model, target: FitSegment, starts: FloatArray) -> Simulation:

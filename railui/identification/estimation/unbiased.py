@@ -13,8 +13,8 @@ from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.covariance import block_covariance
 from railui.identification.estimation.fit import Fit, residual_variance
 from railui.identification.estimation.gauss_newton import GaussNewton
-from railui.identification.estimation.initial_state import DIFFERENCE_STEP, state_scale
-from railui.identification.estimation.problem import FitSegment
+from railui.identification.estimation.initial_state import state_on_rails, state_scale
+from railui.identification.estimation.problem import DivergedError, FitSegment, sensitivities_to_start
 from railui.parallel import map_threads
 
 BIAS_SEED = 17
@@ -152,13 +152,11 @@ def _initial_state_sensitivities(context: Context, fit: Fit, target: FitSegment)
     """
     if target.is_window:
         return np.zeros((0, *target.measured.shape)), np.zeros(0)
-    model, segment = fit.model, target.segment
-    scale = state_scale(context.settings.initial_state, segment, model)
-    starts = np.tile(target.initial_state, (len(scale) + 1, 1))
-    starts[1:, : len(scale)] += np.diag(DIFFERENCE_STEP * scale)
-    batch = model.batch(np.tile(model.on_segment(*segment.segment_key).row, (len(starts), 1)))
-    predictor = replace(target.predictor(model), initial_state=starts)
-    series, diverged = predictor.simulate(batch=batch)
-    if np.any(diverged >= 0):
+    scale = state_scale(context.settings.initial_state, target.segment, fit.model)
+    try:
+        _, rows = sensitivities_to_start(fit.model, target, scale)
+    except DivergedError:
         return np.zeros((0, *target.measured.shape)), np.zeros(0)
-    return (series[1:] - series[0]) / DIFFERENCE_STEP, -target.initial_state[: len(scale)] / scale
+    table = target.segment.table(fit.model.wheelset_spacing(), target.steps)
+    usual = state_on_rails(fit.model, table[0], len(target.initial_state))
+    return rows, (usual - target.initial_state)[: len(scale)] / scale

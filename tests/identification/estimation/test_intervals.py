@@ -5,21 +5,32 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from railui.campaign.campaign import load_campaign
+from railui.campaign.comparison import kernel_filter
 from railui.campaign.dataset import read_dataset
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.covariance import block_covariance, t_factors
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.identifiability import profile_likelihood
-from railui.identification.estimation.unbiased import track_noise_scores, with_unbiased_estimates
+from railui.identification.estimation.initial_state import state_on_rails
+from railui.identification.estimation.problem import FitSegment
+from railui.identification.estimation.unbiased import (
+    _initial_state_sensitivities,
+    track_noise_scores,
+    with_unbiased_estimates,
+)
+from railui.identification.prediction import required_steps
 from tests.truth.campaign import Campaign, Order, campaign, write
 from tests.truth.files import paths
 
+DESIGNS = Path(__file__).parents[3] / "designs"
 NORMAL_QUANTILE_95 = 1.6449
 ACCELEROMETERS = ("ay1", "ay2", "ayf")
 TRACK = ("t", "s", "v", "yw", "phiw", "gauge")
@@ -100,6 +111,21 @@ def test_no_stated_track_noise_gives_no_bias(tmp_path):
     exact = {c: sd for c, sd in context.noise.items() if c not in TRACK}
     context = replace(context, dataset=replace(context.dataset, noise=exact))
     assert not track_noise_scores(context, fit, None).any()
+
+
+def test_a_vehicle_on_its_rails_has_the_initial_state_that_is_expected() -> None:
+    """The prior of its initial state does not pull it towards the axis from which the track is measured."""
+    context = create_context(read_dataset(load_campaign(DESIGNS / "campaigns" / "worn_centre_guide")), jobs=1)
+    model, segment = context.nominal, context.dataset.estimation[0].truncated(2000)
+    steps = required_steps(model, segment)
+    states = model.vehicles().state_count(model.single_batch())
+    start = state_on_rails(model, segment.table(model.wheelset_spacing(), steps)[0], states)
+    every = np.ones(len(segment.channels))
+    target = FitSegment(segment, kernel_filter(context.campaign, segment, every), np.zeros((0, 0)), start, steps)
+    fit = cast(Fit, SimpleNamespace(model=model))
+    rows, gradient = _initial_state_sensitivities(context, fit, target)
+    assert start.any() and len(rows) == len(gradient)
+    assert not gradient.any()
 
 
 def test_profile_is_centred_on_the_unbiased_estimate(tmp_path):
