@@ -17,12 +17,11 @@ from railui.identification.estimation.multiple_shooting import (
     unstable_segments,
     windowed_growth_rate,
 )
-from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.output_error import COARSE_TOLERANCE, fit_output_error
 from railui.identification.estimation.problem import prepare_segments, reprepare_segments
 from railui.vehicle.model import Model
 from railui.vehicle.parameter import split_path
 
-COARSE_TOLERANCE = 1e-4
 MAX_CONICITY_STEPS = 20
 
 

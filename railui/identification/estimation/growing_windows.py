@@ -21,11 +21,9 @@ from railui.identification.context import Context
 from railui.identification.estimation.block_products import split_into_blocks
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.modulating_functions import dominant_period, modulating_starts
-from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.output_error import COARSE_TOLERANCE, fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, prepare_segments
 from railui.vehicle.model import Model
-
-COARSE_TOLERANCE = 1e-4
 
 IndexArray = NDArray[np.int64]
 

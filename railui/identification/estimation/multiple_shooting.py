@@ -12,12 +12,11 @@ from dataclasses import replace
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.output_error import fit_output_error
+from railui.identification.estimation.output_error import COARSE_TOLERANCE, fit_output_error
 from railui.identification.estimation.problem import DivergedError, prepare_segments, reprepare_segments
 from railui.vehicle.model import Model
 
 MAX_ROUNDS = 3  # of cutting further segments into windows
-COARSE_TOLERANCE = 1e-4
 
 SegmentKey = tuple[str, int]
 

@@ -14,6 +14,8 @@ from railui.identification.estimation.gauss_newton import MAX_ITERATIONS, GaussN
 from railui.identification.estimation.problem import FitSegment, prepare_segments
 from railui.vehicle.model import Model
 
+COARSE_TOLERANCE = 1e-4  # of a fit from whose estimates another one starts
+
 
 def fit_output_error(
     context: Context,
