@@ -42,7 +42,7 @@ class Candidate:
 
     @property
     def is_linear(self) -> bool:
-        """True if other values of the estimated parameters may replace it."""
+        """True for a spring or damper: other values of the estimated parameters may replace it."""
         return bool(core.effect_record(self.kind)["linear"])
 
     @property

@@ -154,7 +154,7 @@ class ScreeningFits:
             s
             for s in scores.best
             if s.candidate not in known
-            and is_linear(s.candidate)
+            and s.candidate.is_linear
             and s.unabsorbed_share <= self.settings.max_unabsorbed_share
             and not self._is_any(s.candidate, estimated)
         ]
@@ -256,8 +256,3 @@ class ScreeningFits:
         except ValueError:
             return fit
         return further if further.cost < fit.cost else fit
-
-
-def is_linear(c: Candidate) -> bool:
-    """True for a spring or damper, which estimated parameters can replace."""
-    return c.strength is not None and c.is_linear
