@@ -22,7 +22,7 @@ from railui.identification.estimation.multiple_shooting import refit_hunting
 from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
-from railui.identification.estimation.residual_evidence import NO_EVIDENCE, ResidualEvidence, examine_residual
+from railui.identification.estimation.residual_evidence import NOT_EXAMINED, ResidualEvidence, examine_residual
 from railui.identification.estimation.track_noise import with_track_noise
 from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
 from railui.identification.estimation.validation import Validation, is_worse_than_nominal, validate
@@ -294,7 +294,7 @@ def calibrate_only(
     validations["after"] = validations["before"]
     floor = estimate_noise_floor(context, before.model, dataset.validation)
     step = SelectionStep(NO_SCORE_TEST, (), None)
-    remainder = describe_remainder(context, validations, floor, NO_EVIDENCE, NO_SCORE_TEST, None)
+    remainder = describe_remainder(context, validations, floor, NOT_EXAMINED, NO_SCORE_TEST, None)
     test = run_independent_test(context, before, before, None)
     seconds = time.perf_counter() - started
     return LoopResult(

@@ -42,7 +42,7 @@ class ResidualEvidence:
     is_noise: bool
 
 
-NO_EVIDENCE = ResidualEvidence(float("nan"), None, False, False, False)
+NOT_EXAMINED = ResidualEvidence(float("nan"), None, False, False, False)
 
 
 def examine_residual(context: Context, model: Model) -> ResidualEvidence:
@@ -68,7 +68,7 @@ def summarise_coherence(
     """
     shares = [(s, name) for name, c in coherence.items() for s in (c.track, c.motions) if np.isfinite(s.share)]
     if not shares:
-        return NO_EVIDENCE
+        return NOT_EXAMINED
     evident = [(s, name) for s, name in shares if _is_evident(settings, s)]
     largest, channel = max(evident or shares, key=lambda item: item[0].share)
     is_shared = any(_is_evident(settings, c.others) for c in coherence.values())
