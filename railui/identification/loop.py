@@ -7,8 +7,6 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
-
 from railui.campaign.data_checks import check_data
 from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis
@@ -314,18 +312,3 @@ def calibrate_only(
         findings=findings,
         is_failed_fit=is_worse_than_nominal(context, validations["declared"], validations["before"]),
     )
-
-
-def indistinguishable_kinds(context: Context, step: SelectionStep) -> list[str]:
-    """List the kinds that fit at the location of the added effect as well as it does."""
-    if step.added is None or step.added.candidate is None:
-        return []
-    ratio = context.settings.selection.indistinguishable_ratio
-    best = min(float(r.block_errors.sum()) for r in step.refits)
-    location = step.added.candidate.at
-    similar = [
-        r.candidate.kind
-        for r in step.refits
-        if r.candidate is not None and r.candidate.at == location and np.sqrt(r.block_errors.sum() / best) <= ratio
-    ]
-    return list(dict.fromkeys([step.added.candidate.kind, *similar]))

@@ -17,8 +17,9 @@ from railui.identification.context import Context, create_context
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.validation import Validation, validate
-from railui.identification.loop import close_loop, indistinguishable_kinds
+from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
+from railui.identification.structure.stage import indistinguishable_kinds
 from railui.vehicle.design_reader import PlacedEffect
 from tests.blind.cases import PlantedCase, is_same_family, joint_of
 from tests.truth.campaign import Campaign

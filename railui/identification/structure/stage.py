@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import numpy as np
+
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import sensor_noise_error
@@ -70,3 +72,18 @@ def pair_steps(context: Context, step: SelectionStep, pair: PairRefit) -> list[S
         replace(step, refits=(first, *step.refits), added=first, in_pair=True),
         SelectionStep(step.score_test, (second,), second, in_pair=True),
     ]
+
+
+def indistinguishable_kinds(context: Context, step: SelectionStep) -> list[str]:
+    """List the kinds that fit at the location of the added effect as well as it does."""
+    if step.added is None or step.added.candidate is None:
+        return []
+    ratio = context.settings.selection.indistinguishable_ratio
+    best = min(float(r.block_errors.sum()) for r in step.refits)
+    location = step.added.candidate.at
+    similar = [
+        r.candidate.kind
+        for r in step.refits
+        if r.candidate is not None and r.candidate.at == location and np.sqrt(r.block_errors.sum() / best) <= ratio
+    ]
+    return list(dict.fromkeys([step.added.candidate.kind, *similar]))

@@ -10,9 +10,9 @@ import railui
 from railui import core
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.validation import Validation
-from railui.identification.loop import indistinguishable_kinds
 from railui.identification.result import IndependentTest, LoopResult
 from railui.identification.structure.minimum_detectable import minimum_detectable_effects, without_unphysical_sizes
+from railui.identification.structure.stage import indistinguishable_kinds
 from railui.identification.verdict import Remainder
 from railui.io.atomic import to_json_value
 from railui.planning.rivals import rival_records
