@@ -17,11 +17,11 @@ from railui.identification.estimation.failed_fit import has_failed, retry_failed
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import leave_one_run_out
 from railui.identification.estimation.multiple_shooting import refit_hunting
-from railui.identification.estimation.noise_floor import estimate_noise_floor
+from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.residual_evidence import NOT_EXAMINED, ResidualEvidence, examine_residual
-from railui.identification.estimation.track_noise import with_track_noise
+from railui.identification.estimation.track_noise import with_level_of_residual, with_track_noise
 from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
 from railui.identification.estimation.validation import Validation, is_worse_than_nominal, validate
 from railui.identification.events import ModelValidated
@@ -126,6 +126,7 @@ class _Examination(NamedTuple):
     """
 
     context: Context
+    floor: NoiseFloor
     evidence: ResidualEvidence
     discrepancy: Discrepancy | None
     is_adequate: bool
@@ -140,7 +141,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     examination = _examine(context, base, selection, validation_fit)
     context, discrepancy, is_cut = examination.context, examination.discrepancy, examination.is_out_of_time
     runs = context.dataset.validation
-    fit = _final_fit(context, base, selection, discrepancy, is_cut=is_cut)
+    fit = _final_fit(context, base, selection, discrepancy, examination.floor, is_cut=is_cut)
     base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
     validations = {
         "declared": validate(context, context.nominal, runs),
@@ -217,16 +218,25 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
     is_noise = ratio <= settings.unexplained_ratio or evidence.is_noise or is_small
     is_adequate, has_track_noise = ratio <= settings.adequate_ratio, with_noise is not None
     context = context.without_deadline()
-    return _Examination(context, evidence, discrepancy, is_adequate, is_noise, has_track_noise, is_out_of_time)
+    return _Examination(context, floor, evidence, discrepancy, is_adequate, is_noise, has_track_noise, is_out_of_time)
 
 
 def _final_fit(
-    context: Context, base: _Base, selection: Selection, discrepancy: Discrepancy | None, *, is_cut: bool
+    context: Context,
+    base: _Base,
+    selection: Selection,
+    discrepancy: Discrepancy | None,
+    floor: NoiseFloor,
+    *,
+    is_cut: bool,
 ) -> Fit:
     """Return the fit of a discrepancy that lowers the error without effects, or that of the last step.
 
+    floor: noise floor on the runs that select effects.
     is_cut: the time budget is spent, and the last step of the estimation is left out.
     """
+    if discrepancy is None and not is_cut:
+        context = with_level_of_residual(context, selection.fit.model, selection.validation, floor)
     if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
         return discrepancy.fit
     if (discrepancy is None or discrepancy.fit is not selection.fit) and not base.is_failed and not is_cut:

@@ -60,6 +60,19 @@ def with_track_noise(
     return (found, floor) if ratio <= context.settings.selection.unexplained_ratio else None
 
 
+def with_level_of_residual(context: Context, model: Model, validation: Validation, floor: NoiseFloor) -> Context:
+    """Return the context with the track noise that the residual of a model shows, where it is not known closely.
+
+    The bias of the estimates grows as its square: without rail positions, a level stated too low by three leaves most.
+    Parameters as for `with_track_noise`.
+    """
+    known = [context.noise.log_sd(c) for c in TRACK_COLUMNS if context.noise.get(c, 0.0) > 0.0]
+    if known and max(known) <= np.log(context.settings.noise.quiet_noise_factor):
+        return context
+    found = with_track_noise(context, model, validation, floor)
+    return context if found is None else found[0]
+
+
 def _largest_factor(context: Context) -> float:
     """Factor on the known level of the track noise up to which it is believed."""
     standard_errors = context.settings.verdict.location_standard_errors

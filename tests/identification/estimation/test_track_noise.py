@@ -12,7 +12,7 @@ from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.identification.context import Context
 from railui.identification.estimation import track_noise
 from railui.identification.estimation.noise_floor import estimate_noise_floor
-from railui.identification.estimation.track_noise import with_track_noise
+from railui.identification.estimation.track_noise import with_level_of_residual, with_track_noise
 from railui.identification.estimation.validation import Validation, validate
 from tests.blind.simulated import simulated_campaign
 
@@ -47,6 +47,17 @@ def test_the_level_is_found_from_one_that_is_too_small(residual: tuple[Context, 
     context, validation = residual
     found = level_found(with_levels(context, 0.5, np.log(2.0)), validation)
     assert found == pytest.approx(TRUE_YW, rel=0.15)
+
+
+@pytest.mark.parametrize(("log_sd", "level"), [(np.log(2.0), TRUE_YW), (np.log(1.02), 0.5 * TRUE_YW)])
+def test_the_estimates_take_the_level_of_the_residual_unless_it_is_known_closely(
+    residual: tuple[Context, Validation], log_sd: float, level: float
+) -> None:
+    context, validation = residual
+    context = with_levels(context, 0.5, log_sd)
+    floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
+    found = with_level_of_residual(context, context.nominal, validation, floor)
+    assert found.noise["yw"] == pytest.approx(level, rel=0.15)
 
 
 def test_the_level_is_found_where_none_is_stated(residual: tuple[Context, Validation]) -> None:
