@@ -37,7 +37,7 @@ COMMANDS = {
     "diff": "List the differences between two designs, studies or campaigns.",
     "capture": "Record data from a serial logger.",
     "import": "Convert recordings of test benches and track recording cars.",
-    "export": "Write the linear vehicle as state space for other programs.",
+    "export": "Write the vehicle for other programs: state space or FMU.",
     "schema": "Print the JSON Schema of the YAML files.",
     "doctor": "Run the installation self-test against reference values.",
     "bench": "Measure the speed of the kernel on this machine.",
