@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 Number = TypeVar("Number", float, int)
 
-BY_HAND = "chosen by hand; see the sensitivity trial"
+BY_HAND = "chosen by hand"
 KEY = "setting"
 
 
