@@ -299,11 +299,13 @@ def page(rows: Sequence[Row], sound: Sequence[Row]) -> str:
 
 HEAD = """# Data faults: simulation study of the diagnosis
 
-[Check](measured_campaign.md#4-check) describes the diagnosis and the keys of corrections; this page counts how often it is right.
+[Check](measured_campaign.md#4-check) describes the diagnosis and the keys of corrections; this page counts how often
+it is right.
 `python -m tests.blind.faults` plants faults into the columns of simulated campaigns (30 s and 22 s; the generator of
 `tests/truth` shares no code with the package) and counts the diagnoses. *ambiguous*: the fault is named together with
 another that explains the data as well. *correct channel, other kind*: the named channels are faulty.
-*partly found*: one of two planted faults is named. *missed*: nothing serious is reported. *wrong channel*: a sound channel is named.
+*partly found*: one of two planted faults is named. *missed*: nothing serious is reported. *wrong channel*: a channel
+without a fault is named.
 Without displacements of the wheelsets no relation includes the track, and the response of the vehicle to it decides.
 """
 
