@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -97,6 +98,7 @@ def test_the_report_of_a_component_is_written_and_is_json(friction: LoopResult, 
     write_loop(friction, loop_report(friction), tmp_path / "out", [])
     data = json.loads((tmp_path / "out" / "loop.json").read_text())
     assert data["conditions"] is None and data["effects"][0]["kind"] == "dry_friction"
+    assert re.search(r"force \d+\.?\d* \+/- \S+ N, slip speed \S+ \+/- \S+ mm/s", data["sentence"]), data["sentence"]
     assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
 
 

@@ -11,7 +11,7 @@ from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.number_format import format_quantity
 from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.noise import known_noise_text
-from railui.report.loop.wording import effect_title, location_phrase
+from railui.report.loop.wording import effect_title, location_phrase, unit_location
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
 from railui.vehicle.multibody import Structure
@@ -149,20 +149,21 @@ def _short(error: float) -> str:
 def effects_text(result: LoopResult) -> str:
     """Return the effects that were added to the nominal model, with their parameters and standard deviations."""
     sd = dict(zip(result.after.free.paths, result.after.sd.tolist(), strict=True))
-    return "; and ".join(
-        ", ".join([_name(result, effect), *_parameters(effect, f"{group}.{i}", sd)])
-        for group, i, effect in catalogued_effects(result)
-    )
+    texts = []
+    for group, i, effect in catalogued_effects(result):
+        parameters = _parameters(effect, f"{group}.{i}", sd, unit_location(result, effect.at))
+        texts.append(", ".join([_name(result, effect), *parameters]))
+    return "; and ".join(texts)
 
 
-def _parameters(effect: PlacedEffect, path: str, sd: Mapping[str, float]) -> list[str]:
-    """Return the parameters of an effect, whose standard deviations are those of its path."""
+def _parameters(effect: PlacedEffect, path: str, sd: Mapping[str, float], at: str) -> list[str]:
+    """Return the parameters of an effect in the units of a location; the standard deviations are those of its path."""
     texts = []
     for p in core.effect_record(effect.kind)["parameters"]:
         key, value = p["key"], effect.parameters.get(p["key"])
         if isinstance(value, float) and p["role"] != "run":
             name = PARAMETER_NAMES.get(key, key.replace("_", " "))
-            quantity = quantity_with_sd(value, sd.get(f"{path}.{key}"), parameter_unit(p, effect.at))
+            quantity = quantity_with_sd(value, sd.get(f"{path}.{key}"), parameter_unit(p, at))
             texts.append(f"{name} {quantity}")
     return texts
 
