@@ -12,6 +12,7 @@ import pytest
 from railui.campaign.corrections.correction import Correction, Corrections, yaml_line
 from railui.campaign.dataset import Dataset
 from railui.campaign.faults.diagnose import corrected_segment, diagnose
+from railui.campaign.faults.families import discrete_hypotheses
 from railui.campaign.faults.fault import Diagnosis, Fault
 from tests.blind.faults import (
     INERTIAL,
@@ -147,3 +148,9 @@ def test_a_correction_restores_the_columns_of_the_fault_it_names() -> None:
 def test_the_printed_line_keeps_every_key() -> None:
     line = yaml_line(Corrections((Correction("rf", unit="deg/s", runs=("a.csv",)),), {"a.csv": 0.25, "b.csv": -1.0}))
     assert line == "sensors: {rf: {unit: deg/s, runs: [a.csv]}, track_offset: {a.csv: 0.25 m, b.csv: -1 m}}"
+
+
+def test_a_unit_in_which_a_channel_would_be_impossibly_large_is_no_hypothesis():
+    """A yaw rate of 9 mrad/s rms is none of 9 rad/s in thousandths."""
+    gains = {h.value for h in discrete_hypotheses(["rf"], rms={"rf": 9e-3}) if h.kind == "unit"}
+    assert 1e-3 not in gains and {1e-2, 1e3} <= gains

@@ -62,7 +62,7 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
     runs = {e.name: [s for s in usable if s.file == e.name] for e in dataset.campaign.runs}
     runs = {name: segments for name, segments in runs.items() if segments and segments[0].channels}
     searches = {
-        name: FaultSearch(settings, _transform(dataset, segments), _has_units(dataset))
+        name: FaultSearch(settings, _transform(dataset, segments), _has_units(dataset), _rms(segments))
         for name, segments in runs.items()
     }
     faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
@@ -106,6 +106,12 @@ def corrected_segment(segment: Segment, corrections: Corrections, wheelbase: flo
     columns, (first, last) = corrected_columns(segment.columns, channels, offset, wheelbase, start)
     rows = slice(first, segment.samples - last)
     return replace(segment, columns={k: x[rows] for k, x in columns.items()}, tables={})
+
+
+def _rms(segments: Sequence[Segment]) -> dict[str, float]:
+    """Standard deviation of every channel of a run."""
+    common = set.intersection(*(set(s.channels) for s in segments))
+    return {c: max(float(np.std(s.columns[c])) for s in segments) for c in sorted(common)}
 
 
 def _has_units(dataset: Dataset) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -11,6 +11,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.faults.hypotheses import RADIAN, Consistency, G, Hypothesis
 from railui.campaign.faults.spectra import ROLL, RunSpectra
+from railui.runs.plausibility import MAX_RMS
 
 TRACK = ("yw", "phiw")
 DISPLACEMENTS, ACCELERATIONS = ("e1", "e2", "d1", "d2"), ("ay1", "ay2", "ayf")
@@ -43,13 +44,17 @@ def _is_recorded(spectra: RunSpectra, channel: str) -> bool:
     return bool(np.any(spectra.z[:, :, spectra.columns(channel)]))
 
 
-def discrete_hypotheses(channels: Sequence[str], has_units: bool = True) -> list[Hypothesis]:
-    """List signs, units and exchanges of channels."""
+def discrete_hypotheses(
+    channels: Sequence[str], has_units: bool = True, rms: Mapping[str, float] | None = None
+) -> list[Hypothesis]:
+    """List signs, units and exchanges of channels; rms: as recorded, by which some units are impossible."""
+    size = rms or {}
     out = [Hypothesis("sign", (c,), -1.0) for c in channels]
     if set(TRACK) <= set(channels):
         out.append(Hypothesis("sign", TRACK, -1.0))
     if has_units:
-        out += [Hypothesis("unit", (c,), g) for c in channels for g in unit_gains(c)]
+        possible = [(c, g) for c in channels for g in unit_gains(c) if size.get(c, 0.0) <= g * MAX_RMS.get(c, np.inf)]
+        out += [Hypothesis("unit", (c,), g) for c, g in possible]
     for group in (DISPLACEMENTS, ACCELERATIONS):
         out += [Hypothesis("exchanged", pair) for pair in combinations([c for c in group if c in channels], 2)]
     return out

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,9 +28,9 @@ class ScoredFault:
     sd: float = float("nan")
 
 
-def score_discrete(consistency: Consistency, has_units: bool) -> list[ScoredFault]:
+def score_discrete(consistency: Consistency, has_units: bool, rms: Mapping[str, float]) -> list[ScoredFault]:
     """Score every single sign, unit and exchange."""
-    discrete = discrete_hypotheses(candidates(consistency.spectra), has_units)
+    discrete = discrete_hypotheses(candidates(consistency.spectra), has_units, rms)
     misfits = consistency.misfits([[h] for h in discrete])
     return [ScoredFault(h, float(m)) for h, m in zip(discrete, misfits, strict=True)]
 

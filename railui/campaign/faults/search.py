@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -51,11 +51,18 @@ class Explanation:
 class FaultSearch:
     """Stepwise search for faults of one run, followed by a search over all pairs where several faults were found."""
 
-    def __init__(self, settings: FaultSettings, transform: Transform, has_units: bool = True) -> None:
-        """Prepare the search; transform: spectra of the run with corrected columns."""
+    def __init__(
+        self,
+        settings: FaultSettings,
+        transform: Transform,
+        has_units: bool = True,
+        rms: Mapping[str, float] | None = None,
+    ) -> None:
+        """Prepare the search; transform: spectra of the run with corrected columns; rms: of the columns as recorded."""
         self.settings = settings
         self.transform = transform
         self.has_units = has_units
+        self.rms = rms or {}
         self.is_resolved = True
 
     def find(self) -> list[Explanation]:
@@ -155,7 +162,7 @@ class FaultSearch:
 
     def _alternatives(self, h: Hypothesis, without: Consistency, evidence: float) -> tuple[Hypothesis, ...]:
         """List other single faults that explain the data as well as a fault does."""
-        scores = score_discrete(without, self.has_units)
+        scores = score_discrete(without, self.has_units, self.rms)
         if h.kind in CONTINUOUS:
             scores += score_continuous(without, self.has_units, self.settings)
         same = [s.misfit for s in scores if is_same_fault(s.hypothesis, h)]
@@ -170,7 +177,7 @@ class FaultSearch:
     def _best_single(self, consistency: Consistency, found: Sequence[Hypothesis]) -> ScoredFault | None:
         """Find the single fault with most evidence beyond those assumed; None if there is none."""
         base = total_misfit(consistency)
-        discrete = score_discrete(consistency, self.has_units)
+        discrete = score_discrete(consistency, self.has_units, self.rms)
         if not is_consistent(consistency, self.settings) and discrete:
             best = min(discrete, key=lambda s: s.misfit)
             evident = is_evident(best.hypothesis, base - best.misfit, consistency, self.settings)
@@ -224,7 +231,7 @@ class FaultSearch:
         if raw is None:
             return None
         thin = raw.thinned(PAIR_FREQUENCIES)
-        pairs = list(combinations(discrete_hypotheses(candidates(raw.spectra), self.has_units), 2))
+        pairs = list(combinations(discrete_hypotheses(candidates(raw.spectra), self.has_units, self.rms), 2))
         pairs = [(a, b) for a, b in pairs if not set(a.channels) & set(b.channels) or "exchanged" in (a.kind, b.kind)]
         best = pairs[int(np.argmin(thin.misfits(pairs)))]
         if set(best) <= {e.hypothesis for e in found}:
