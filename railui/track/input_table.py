@@ -135,10 +135,10 @@ def _check(time: FloatArray, distance: FloatArray, steps: int) -> None:
 
 def _write_track(table: FloatArray, s: FloatArray, track: Sequence[FloatArray | None], behind: Sequence[float]) -> None:
     """Add the track under every wheelset to the columns of a table; None or zeros: no such irregularity."""
-    present = [i for i, values in enumerate(track) if values is not None and np.any(values)]
+    present = {i: values for i, values in enumerate(track) if values is not None and np.any(values)}
     if not present:
         return
-    spline = Spline(s, np.stack([values for i, values in enumerate(track) if i in present], axis=1))
+    spline = Spline(s, np.stack(list(present.values()), axis=1))
     for number, distance in enumerate(behind):
         first, location = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
         is_before = (location < s[0] - START_TOLERANCE) & (distance > 0)
