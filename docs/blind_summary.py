@@ -145,7 +145,7 @@ def draw(rows: Sequence[Outcome], path: Path) -> None:
             ax.plot(r.ideal, -i, "|", color="#222222", ms=13, mew=1.6)
         ax.set_yticks([-i for i in range(len(rows))], [f"{r.name} ({r.trials})" for r in rows])
         ax.set_xlim(-2, 102)
-        ax.set_xlabel("per cent of the campaigns (of intervals); bar: 95 % limits; stroke: ideal")
+        ax.set_xlabel("% of the campaigns (of intervals)\nbar: 95 % limits, stroke: ideal")
         ax.grid(axis="y", visible=False)
 
 
