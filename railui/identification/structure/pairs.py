@@ -17,10 +17,9 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.structure.candidates import Candidate, batches_on, candidate_text
 from railui.identification.structure.evidence import ScoreResult
-from railui.identification.structure.refit import continue_on_whole_runs, refit_leading_first, worthwhile_misfit
+from railui.identification.structure.refit import continue_on_whole_runs, refit_leading_first
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.screening import ScreeningFits, scaled_shape
 from railui.parallel import map_threads
@@ -153,8 +152,7 @@ def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore]) -> list[
             screened.append((pair, f))
     limit = context.settings.refit.converged_ratio * min((f.normal.rss for _, f in screened), default=0.0)
     close = [item for item in screened if item[1].normal.rss <= limit]
-    worthwhile = worthwhile_misfit(context, fit)
-    refits = refit_leading_first(context, close, limit, worthwhile, partial(_refit, context, fit))
+    refits = refit_leading_first(context, fit, close, limit, partial(_refit, context, fit))
     return sorted(refits, key=lambda r: r.rss)
 
 
@@ -165,7 +163,7 @@ def _screen(screening: ScreeningFits, pair: PairScore) -> Fit | None:
     return screening.fit_together(points)
 
 
-def _refit(context: Context, fit: Fit, misfit_limit: float, item: tuple[PairScore, Fit]) -> PairRefit | None:
+def _refit(context: Context, fit: Fit, misfit_limit: float | None, item: tuple[PairScore, Fit]) -> PairRefit | None:
     """Continue the screening fit of a pair on the complete runs."""
     pair, screened = item
     final = continue_on_whole_runs(
@@ -173,7 +171,6 @@ def _refit(context: Context, fit: Fit, misfit_limit: float, item: tuple[PairScor
         screened,
         fit.segments,
         tolerance=context.settings.refit.comparison_tolerance,
-        max_iterations=MAX_ITERATIONS if misfit_limit > 0.0 else 0,
         misfit_limit=misfit_limit,
     )
     return None if final is None else PairRefit(pair, final)

@@ -103,23 +103,22 @@ def refit_candidates(
     background = context.in_background(1 if several else context.jobs)
     tolerance = settings.comparison_tolerance if several else settings.refit_tolerance
 
-    def refit(misfit_limit: float, item: Screened) -> Refit | None:
+    def refit(misfit_limit: float | None, item: Screened) -> Refit | None:
         """Continue a screening fit on the complete runs: to convergence near the least misfit, else evaluate it."""
         s, f = item
-        is_close = f.normal.rss <= limit and misfit_limit > 0.0
+        is_close = f.normal.rss <= limit and misfit_limit is not None
         final = continue_on_whole_runs(
             background,
             f,
             fit.segments,
             tolerance=tolerance,
-            max_iterations=MAX_ITERATIONS if is_close else 0,
+            misfit_limit=misfit_limit if is_close else None,
             max_steps=None if is_close else screening.max_steps,
-            misfit_limit=misfit_limit,
         )
         return None if final is None else Refit(s.candidate, final, cross_validation_errors(settings, final), s)
 
     refits = list[Refit]()
-    for done in refit_leading_first(context, screened, limit, worthwhile_misfit(context, fit), refit):
+    for done in refit_leading_first(context, fit, screened, limit, refit):
         refits.append(done)
         progress.event(done)
     return sorted(refits, key=lambda r: r.rss)
@@ -133,35 +132,37 @@ def worthwhile_misfit(context: Context, fit: Fit) -> float:
 
 def refit_leading_first(
     context: Context,
+    fit: Fit,
     screened: Sequence[tuple[S, Fit]],
     limit: float,
-    worthwhile: float,
-    refit: Callable[[float, tuple[S, Fit]], R | None],
+    refit: Callable[[float | None, tuple[S, Fit]], R | None],
 ) -> Iterator[R]:
     """Refit the leading screening fits and those above a misfit, then the others, with a limit from the former.
 
     Parameters
     ----------
+    fit
+        The fit to which effects are added; where the leading ones take too little of its misfit, the others are only
+        evaluated.
     limit
         Misfit of a screening fit above which it is not continued.
-    worthwhile
-        Misfit that the leading refits must reach; else the others are only evaluated.
     refit
         Continue a screening fit whose misfit on the complete runs must come below a limit, or evaluate it where the
-        limit is 0; None where it cannot be.
+        limit is None; None where it cannot be.
     """
     settings = context.settings.refit
     by_rss = sorted(screened, key=lambda item: item[1].normal.rss)
     close = [item for item in by_rss if item[1].normal.rss <= limit]
     leading, following = close[: settings.leading_candidates], close[settings.leading_candidates :]
     others = [item for item in screened if item[1].normal.rss > limit]
-    least, misfit_limit = np.inf, np.inf
+    least = np.inf
+    misfit_limit: float | None = np.inf
     for some in ([*leading, *others], following):
         for done in map_threads(partial(refit, misfit_limit), some, context.jobs):
             if done is not None:
                 least = min(least, done.rss)
                 yield done
-        misfit_limit = settings.given_up_ratio * least if least <= worthwhile else 0.0
+        misfit_limit = settings.given_up_ratio * least if least <= worthwhile_misfit(context, fit) else None
 
 
 def continue_on_whole_runs(
@@ -170,11 +171,13 @@ def continue_on_whole_runs(
     whole: Sequence[FitSegment],
     *,
     tolerance: float,
-    max_iterations: int,
+    misfit_limit: float | None,
     max_steps: int | None = None,
-    misfit_limit: float = np.inf,
 ) -> Fit | None:
-    """Continue a screening fit, all parameters free, on the complete runs; None where it cannot be simulated there."""
+    """Continue a screening fit, all parameters free, on the complete runs; None where it cannot be simulated there.
+
+    misfit_limit: as for `fit_output_error`; None: evaluate the fit, without an iteration.
+    """
     model = screened.model
     try:
         segments = adapt_to_model(context, model, whole, max_steps)
@@ -189,8 +192,8 @@ def continue_on_whole_runs(
         segments,
         [*context.campaign.estimated_parameters, *model.effect_paths()],
         tolerance=tolerance,
-        max_iterations=max_iterations,
-        misfit_limit=misfit_limit,
+        max_iterations=0 if misfit_limit is None else MAX_ITERATIONS,
+        misfit_limit=np.inf if misfit_limit is None else misfit_limit,
     )
 
 

@@ -1,4 +1,4 @@
-"""Cross-validated errors of a refit against ridge regressions without each fold."""
+"""Order of the refits, and cross-validated errors of one against ridge regressions without each fold."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import cast
 import numpy as np
 import pytest
 
-from railui.campaign.settings.detection import RefitSettings
+from railui.campaign.settings.detection import RefitSettings, SelectionSettings
+from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit, NormalEquations
-from railui.identification.structure.refit import cross_validation_errors
+from railui.identification.structure.refit import cross_validation_errors, refit_leading_first
 
 BLOCKS, SAMPLES = 10, 30
 PRIOR, PRIOR_SD = np.array([1.0, -0.5, 0.0]), np.array([0.3, 0.05, np.inf])
@@ -34,3 +35,27 @@ def test_a_left_out_block_is_predicted_by_the_other_blocks_and_the_priors() -> N
         a, b = x[others].reshape(-1, 3), y[others].ravel()
         without = np.linalg.solve(a.T @ a + np.diag(precision), a.T @ b + precision * PRIOR)
         assert errors[fold] == pytest.approx(np.sum((y[fold] - x[fold] @ without) ** 2, axis=1), rel=1e-9)
+
+
+def fit_of_misfit(rss: float) -> Fit:
+    """Create a fit of which nothing but the misfit is known."""
+    return cast(Fit, SimpleNamespace(normal=SimpleNamespace(rss=rss)))
+
+
+@pytest.mark.parametrize(("least", "limit"), [(0.90, 1.05 * 0.90), (0.97, None)])
+def test_other_candidates_are_only_evaluated_where_the_leading_ones_take_too_little(
+    least: float, limit: float | None
+) -> None:
+    """An effect on trial has to take 5 % of the misfit of 1."""
+    settings = SimpleNamespace(refit=RefitSettings(), selection=SelectionSettings())
+    context = cast(Context, SimpleNamespace(settings=settings, campaign=SimpleNamespace(min_gain=0.19), jobs=1))
+    limits: dict[str, float | None] = {}
+
+    def refit(misfit_limit: float | None, item: tuple[str, Fit]) -> SimpleNamespace:
+        limits[item[0]] = misfit_limit
+        return SimpleNamespace(rss=item[1].normal.rss)
+
+    screened = [(name, fit_of_misfit(least + x)) for name, x in (("c", 0.01), ("a", 0.0), ("b", 0.005), ("far", 0.5))]
+    done = list(refit_leading_first(context, fit_of_misfit(1.0), screened, 1.25 * least, refit))
+    assert len(done) == 4
+    assert limits == {"a": np.inf, "b": np.inf, "far": np.inf, "c": limit if limit is None else pytest.approx(limit)}
