@@ -53,19 +53,19 @@ def discrete_hypotheses(
     if set(TRACK) <= set(channels):
         out.append(Hypothesis("sign", TRACK, -1.0))
     if has_units:
-        possible = [(c, g) for c in channels for g in unit_gains(c) if size.get(c, 0.0) <= g * MAX_RMS.get(c, np.inf)]
-        out += [Hypothesis("unit", (c,), g) for c, g in possible]
+        out += [Hypothesis("unit", (c,), g) for c in channels for g in unit_gains(c, size.get(c, 0.0))]
     for group in (DISPLACEMENTS, ACCELERATIONS):
         out += [Hypothesis("exchanged", pair) for pair in combinations([c for c in group if c in channels], 2)]
     return out
 
 
-def unit_gains(channel: str) -> list[float]:
-    """List the gains of numbers in another unit than the header says."""
+def unit_gains(channel: str, rms: float = 0.0) -> list[float]:
+    """List the gains of numbers in another unit than the header says; rms: as recorded, which excludes some units."""
     gains = [10.0**k for k in (-3, -2, -1, 1, 2, 3)]
     if channel in (*ACCELERATIONS, "az"):
         gains += [G, 1.0 / G]
-    return gains + ([RADIAN, 1.0 / RADIAN] if channel in ANGLES else [])
+    gains += [RADIAN, 1.0 / RADIAN] if channel in ANGLES else []
+    return [g for g in gains if rms <= g * MAX_RMS.get(channel, np.inf)]
 
 
 def groups_of(channels: Sequence[str]) -> list[tuple[str, ...]]:
