@@ -103,9 +103,14 @@ def _is_force_on_vehicle(context: Context, discrepancy: Discrepancy) -> bool:
     return excess > max(settings.min_location_excess, settings.location_standard_errors * evidence.standard_error)
 
 
+def _is_established(context: Context, discrepancy: Discrepancy) -> bool:
+    """True for a discrepancy that lowers the error, differs from run to run, or follows a law."""
+    return discrepancy.lowers_error or discrepancy.run_dependence is not None or is_conclusive(context, discrepancy)
+
+
 def may_be_track_noise(context: Context, discrepancy: Discrepancy) -> bool:
     """True for a discrepancy that noise of the track columns can imitate: forces at the contact that follow no law."""
-    if discrepancy.lowers_error or discrepancy.run_dependence is not None or is_conclusive(context, discrepancy):
+    if _is_established(context, discrepancy):
         return False
     if any(s.is_rig for s in context.dataset.selection):
         return False
@@ -118,7 +123,7 @@ def is_small_effect(context: Context, discrepancy: Discrepancy, selection: Selec
     Noise far above its estimated floor, as coloured noise is, hides the share of the error that the effect explains;
     what acts is in the library all the same.
     """
-    if discrepancy.lowers_error or discrepancy.run_dependence is not None or is_conclusive(context, discrepancy):
+    if _is_established(context, discrepancy):
         return False
     step = next((s for s in selection.steps if s.score_test is selection.final_score_test), None)
     if step is None or context.is_out_of_time or not has_structure(context.settings.score_test, step.score_test):
