@@ -32,7 +32,7 @@ MIN_HUNTING_RATIO = 2.0  # rms to its median
 def check_data(dataset: Dataset, diagnosis: Diagnosis | None = None, jobs: int | None = 1) -> list[Finding]:
     """Run all data checks; serious findings come first.
 
-    diagnosis: of the dataset, where it is known already.
+    diagnosis: of the dataset, where it is known already. jobs: number of threads; None for all.
     """
     findings = (diagnose(dataset, jobs) if diagnosis is None else diagnosis).findings()
     for entry, run in zip(dataset.campaign.runs, dataset.runs, strict=True):

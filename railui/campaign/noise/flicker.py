@@ -1,4 +1,8 @@
-"""Flicker noise of a channel: white noise and a part with a density of 1/f, from the upper half of its spectrum."""
+"""Flicker noise of a channel: white noise and a part with a density of 1/f, from the upper half of its spectrum.
+
+A sum of relaxation processes whose corner frequencies are a constant ratio apart has a density of 1/f between them
+(Keshner, 1/f noise, Proc. IEEE 70 (1982) 212).
+"""
 
 from __future__ import annotations
 
@@ -72,7 +76,11 @@ def flicker_noise(records: Sequence[Record], channel: str) -> FlickerNoise | Non
 
 
 def _fit(f: FloatArray, density: FloatArray, values: FloatArray) -> FlickerNoise:
-    """Fit w + a/f to densities, each a mean of so many independent values."""
+    """Fit w + a/f to densities, each a mean of so many independent values.
+
+    The standard deviation of a mean of n periodogram values of a density S is S/sqrt(n) (Bartlett, Biometrika 37
+    (1950) 1).
+    """
     columns = np.stack([np.ones_like(f), 1.0 / f], axis=1)
     fitted = density
     for _ in range(REWEIGHTINGS):

@@ -73,6 +73,7 @@ def _line_power(residual: FloatArray, motion: FloatArray, rate: float) -> _LineP
     excess = variance = 0.0
     for k, (below, n_below), (above, n_above) in zip(HARMONICS, gaps[:-1], gaps[1:], strict=True):
         line, n_line = mean_density(k - LINE_HALF_WIDTH, k + LINE_HALF_WIDTH)
+        # a mean of n values has the relative variance 1/n, the geometric mean of two means a quarter of the sum
         noise, width = float(np.sqrt(below * above)), 2.0 * LINE_HALF_WIDTH * fundamental
         excess += (line - noise) * width
         variance += (noise * width) ** 2 * (1.0 / n_line + 0.25 / n_below + 0.25 / n_above)
