@@ -50,6 +50,7 @@ ata0-master: type=cdrom, path="disc.iso", status=inserted
 boot: cdrom
 com1: enabled=1, mode=file, dev=serial.txt
 display_library: term
+sound: driver=dummy
 log: bochs.log
 panic: action=fatal
 clock: sync=none
