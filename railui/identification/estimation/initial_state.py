@@ -30,15 +30,17 @@ RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
 PART_SHARES = (0.1, 0.3, 1.0)  # of the first seconds, on which a state far from linear is estimated in turn
 START_FACTORS = (1.0, 0.7, 0.5, 1.4, 2.0)  # of a harmonic motion: a nonlinear spring is no linear one
 HUNTING_ITERATIONS = 5  # of Gauss-Newton on each
+NONLINEAR_ITERATIONS = 5  # of Gauss-Newton with the laws of a vehicle's suspension, on each
+SUFFICIENT_GAIN = 1e-2  # relative gain of the misfit below which they end
 MIN_PART_SAMPLES = 30
 STEP_SHARES = (1.0, 0.3, 0.1, 0.03)  # of a step that are tried
-MIN_GAIN = 1e-6  # relative gain of the misfit below which the estimate of a rig ends
+MIN_GAIN = 1e-6  # the same for a rig and for a hunting vehicle
 START_SAMPLES, START_PERIODS = 6, 0.1  # at least, from which the measured motion of a rig is read
 RIG_RATE_SHARE = 0.1  # usual rate of a rig: this share of its usual motion per sample
 
 
 def estimate_initial_state(context: Context, model: Model, segment: Segment) -> FloatArray:
-    """Estimate the state [q, q'] at the first sample of a segment by linear least squares, twice.
+    """Estimate the state [q, q'] at the first sample of a segment by Gauss-Newton least squares.
 
     Where the motion is prescribed there is none; the states of effects settle in the part that is cut off.
 
@@ -50,8 +52,9 @@ def estimate_initial_state(context: Context, model: Model, segment: Segment) -> 
     problem = _InitialStateProblem(context, model, segment)
     if segment.kind == "rig":
         return problem.solve_from_motion()
-    state = problem.solve(())[0]
-    return problem.solve_hunting(state) if may_hunt(model, segment) else state
+    if may_hunt(model, segment):
+        return problem.solve_hunting(problem.solve(())[0])
+    return problem.solve_damped()
 
 
 def may_hunt(model: Model, segment: Segment) -> bool:
@@ -126,6 +129,31 @@ class _InitialStateProblem:
             angles = np.arctan2(amounts[1::2], amounts[::2]) if in_quadrature else angles + amounts
         return state, angles
 
+    def solve_damped(self) -> FloatArray:
+        """Estimate the state [state] by full steps of Gauss-Newton, or on growing parts where these go astray.
+
+        Over some seconds a clearance, or friction that sticks, is far from linear: a full step may lead further away.
+        """
+        state, is_converged = self._take_full_steps(self.usual)
+        if is_converged:
+            return state
+        by_parts = self._solve_by_parts(self.usual, NONLINEAR_ITERATIONS, SUFFICIENT_GAIN)
+        return min((state, by_parts), key=self.misfit_share)
+
+    def _take_full_steps(self, state: FloatArray) -> tuple[FloatArray, bool]:
+        """Take full steps as long as the misfit falls; True: a further one would lower it by little."""
+        least, tried = np.inf, state
+        for _ in range(NONLINEAR_ITERATIONS):
+            series = self._series(tried, (), *_perturbed(np.zeros(0)))
+            if series is None or self._cost(series[0], tried) >= least:
+                return state, False
+            state, least = tried, self._cost(series[0], tried)
+            step, predicted = self._step(series, state)
+            tried = state + step
+            if least - predicted < SUFFICIENT_GAIN * least:
+                return tried, True
+        return state, False
+
     def solve_from_motion(self) -> FloatArray:
         """Estimate the state [state] of a rig by damped iterations from its measured motion; zeros: diverged."""
         state = np.zeros(self.states)
@@ -152,10 +180,10 @@ class _InitialStateProblem:
             state = by_parts if self.misfit_share(by_parts) < self.misfit_share(state) else state
         return self._iterate(state, HUNTING_ITERATIONS)
 
-    def _solve_by_parts(self, state: FloatArray, iterations: int) -> FloatArray:
+    def _solve_by_parts(self, state: FloatArray, iterations: int, min_gain: float = MIN_GAIN) -> FloatArray:
         """Estimate the state [state] by damped iterations from one, on growing parts of the first seconds."""
         for share in PART_SHARES:
-            state = self._part(share)._iterate(state, iterations)
+            state = self._part(share)._iterate(state, iterations, min_gain)
         return state
 
     def _part(self, share: float) -> _InitialStateProblem:
@@ -166,27 +194,33 @@ class _InitialStateProblem:
         part.measured = self.measured[:, :samples]
         return part
 
-    def _iterate(self, state: FloatArray, iterations: int) -> FloatArray:
-        """Take damped steps of Gauss-Newton from a state as long as the misfit falls."""
+    def _iterate(self, state: FloatArray, iterations: int, min_gain: float = MIN_GAIN) -> FloatArray:
+        """Take damped steps of Gauss-Newton from a state as long as they lower the misfit by a relative gain."""
         series = self._series(state, (), *_perturbed(np.zeros(0)))
         if series is None:
             return self.solve(())[0]
         for _ in range(iterations):
-            solution = self._least_squares(series[0], (series[1:] - series[0]) / DIFFERENCE_STEP, state)
             cost = self._cost(series[0], state)
+            step, predicted = self._step(series, state)
+            if cost - predicted < min_gain * cost:
+                return state + step
             for share in STEP_SHARES:
-                tried = state.copy()
-                tried[: len(self.scale)] += share * self.scale * solution
+                tried = state + share * step
                 further = self._series(tried, (), *_perturbed(np.zeros(0)))
                 if further is not None and self._cost(further[0], tried) < cost:
                     break
             else:
                 return state
-            gain = cost - self._cost(further[0], tried)
             state, series = tried, further
-            if gain < MIN_GAIN * cost:
-                break
         return state
+
+    def _step(self, series: FloatArray, state: FloatArray) -> tuple[FloatArray, float]:
+        """Return the step of Gauss-Newton [state] from a state, and the cost that its linear model predicts."""
+        rows = (series[1:] - series[0]) / DIFFERENCE_STEP
+        solution = self._least_squares(series[0], rows, state)
+        step = np.zeros_like(state)
+        step[: len(self.scale)] = self.scale * solution
+        return step, self._cost(series[0] + np.tensordot(solution, rows, 1), state + step)
 
     def _cost(self, simulated: FloatArray, state: FloatArray) -> float:
         """Squared residuals without their means, and the ridge."""

@@ -12,7 +12,7 @@ from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate, with_phases
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.initial_state import estimate_phases
+from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.loop import close_loop
 from railui.identification.prediction import Predictor
 from railui.identification.structure.candidate_scores import score_test
@@ -194,3 +194,22 @@ def test_several_runs_without_run_out_need_no_effect():
     found = close_loop(simulated_campaign(**THREE).dataset, jobs=2)
     assert found.verdict == "none"
     assert not found.after.model.effects
+
+
+@pytest.mark.parametrize("half_width", [0.0006, 0.0015])
+def test_the_start_of_a_vehicle_with_a_wide_clearance_fits_as_well_as_the_rest(half_width: float):
+    # undamped steps of the linear estimate leave two to ten times the error of the rest
+    case = simulated_campaign(f"free_play at=primary_lateral half_width={half_width}")
+    effect = case.truth.order.effects[0]
+    model = case.true_model.with_effect(PlacedEffect(effect.kind, effect.at, None, dict(effect.parameters)))
+    for segment in case.dataset.segments:
+        start = estimate_initial_state(case.context, model, segment)
+        simulated = Predictor(model, segment, initial_state=start).simulate().series[0]
+        error = (segment.measured(segment.channels) - simulated) / segment.measured(segment.channels).std(axis=1)[
+            :, None
+        ]
+        second = round(1.0 / segment.dt)
+        first, rest = (
+            np.sqrt(np.mean(part**2)) for part in (error[:, second // 2 : 4 * second], error[:, 8 * second :])
+        )
+        assert first < 1.5 * rest
