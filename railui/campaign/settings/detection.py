@@ -238,6 +238,11 @@ class SelectionSettings:
     runners_up: int = setting(
         3, minimum=0, meaning="Next candidates that are validated where the best one gains nothing on unseen runs."
     )
+    exchanged_candidates: int = setting(
+        3,
+        minimum=0,
+        meaning="Candidates, nearly as good at its step, with which an effect is compared again when others are added.",
+    )
     pair_shapes: int = setting(
         40, minimum=2, meaning="Shapes of candidates of which all pairs are scored where single effects do not suffice."
     )

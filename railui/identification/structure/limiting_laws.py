@@ -7,20 +7,17 @@ score of the simpler law may be low: the estimated parameters have absorbed more
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Final
 
 from railui import core
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
-from railui.identification.estimation.problem import adapt_to_model, drop_states
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.elimination import effect_index, refit_text
+from railui.identification.structure.elimination import effect_index
 from railui.identification.structure.locations import candidate_locations, estimated_elements, joint_key
 from railui.identification.structure.refit import Refit, cross_validation_errors
-from railui.identification.structure.screening import fit_with_effects
-from railui.identification.structure.stage import SelectionStep, Stage, validated_stage
+from railui.identification.structure.stage import SelectionStep, Stage
+from railui.identification.structure.substitution import fit_in_place, substitute
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
@@ -41,33 +38,21 @@ def replace_by_limits(
 
     finish: fits a model to the end.
     """
-    if final.fit.slips or any(t.is_window for t in final.fit.segments):
-        return final
-    for i in [i for i, s in enumerate(steps) if s.added]:
-        current = steps[i].added
-        refit = None if context.is_out_of_time else _limiting_refit(context, final.fit, current)
-        stage = None if refit is None else _validated(context, refit, finish)
-        if refit is None or stage is None:
-            continue
-        text = f"{refit_text(refit)} in place of {refit_text(current)}"
-        context.progress.message(f"  {text}: NRMSE {stage.validation.nrmse:.4f}")
-        if stage.validation.nrmse <= context.settings.selection.simpler_misfit_ratio * final.validation.nrmse:
-            errors = cross_validation_errors(context.settings.refit, stage.fit)
-            added = replace(refit, fit=stage.fit, block_errors=errors)
-            steps[i], final = replace(steps[i], added=added, refits=(*steps[i].refits, added)), stage
-    return final
+    ratio = context.settings.selection.simpler_misfit_ratio
+    return substitute(context, final, steps, finish, lambda fit, i: _limiting_refit(context, fit, steps[i]), ratio)
 
 
-def _limiting_refit(context: Context, fit: Fit, current: Refit | None) -> Refit | None:
+def _limiting_refit(context: Context, fit: Fit, step: SelectionStep) -> Refit | None:
     """Return the refit of the limiting law of an effect whose misfit is as low as that of the effect; None: none."""
-    candidate = None if current is None else current.candidate
+    candidate = None if step.added is None else step.added.candidate
     index = None if candidate is None else effect_index(fit.model, candidate)
     if index is None:
         return None
-    refits = []
+    refits, ratio = [], context.settings.selection.simpler_misfit_ratio
     for effect in limiting_effects(context, fit.model, fit.model.effects[index]):
         candidate = Candidate(effect.kind, effect.at, effect.wheelset)
-        found = _fit_in_place(context, fit, index, effect) if effect_index(fit.model, candidate) is None else None
+        is_new = effect_index(fit.model, candidate) is None
+        found = fit_in_place(context, fit, index, effect, ratio) if is_new else None
         if found is not None:
             refits.append(Refit(candidate, found, cross_validation_errors(context.settings.refit, found)))
     return min(refits, key=lambda r: r.rss, default=None)
@@ -87,36 +72,3 @@ def limiting_effects(context: Context, model: Model, effect: PlacedEffect) -> Se
             parameters = {k: float(x) for k, x in effect.parameters.items() if not isinstance(x, tuple)}
             found.append(PlacedEffect(kind, at, effect.wheelset, {key: number(parameters)}))
     return found
-
-
-def _fit_in_place(context: Context, fit: Fit, index: int, effect: PlacedEffect) -> Fit | None:
-    """Fit the model with another effect in place of one, a few iterations and then to the end while it fits as well."""
-    quiet = context.in_background(context.jobs)
-    settings = context.settings
-    model = fit.model.without_effect(index)
-    segments = drop_states(quiet, fit.model, model, fit.segments)
-    model, found = model.with_effect(effect), None
-    for iterations, ratio in (
-        (settings.refit.first_iterations, settings.refit.converged_ratio),
-        (MAX_ITERATIONS, settings.selection.simpler_misfit_ratio),
-    ):
-        try:
-            adapted = adapt_to_model(quiet, model, segments)
-        except ValueError:
-            return None  # far from this limit the law is too stiff to be simulated
-        paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
-        found = fit_with_effects(
-            quiet, model, adapted, paths, tolerance=settings.refit.comparison_tolerance, max_iterations=iterations
-        )
-        if found is None or found.normal.rss > ratio * fit.normal.rss:
-            return None
-        model = found.model
-    return found
-
-
-def _validated(context: Context, refit: Refit, finish: Callable[[Fit], Fit]) -> Stage | None:
-    """Fit a model to the end and validate it; None where it diverges."""
-    try:
-        return validated_stage(context, finish(refit.fit))
-    except ValueError:
-        return None

@@ -16,6 +16,7 @@ from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
 from railui.identification.structure.candidate_scores import has_structure, run_score_test, scored_part
 from railui.identification.structure.elimination import refit_text, remove_superfluous
+from railui.identification.structure.exchange import exchange_effects
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.limiting_laws import replace_by_limits
 from railui.identification.structure.pairs import (
@@ -99,6 +100,7 @@ class StepwiseSelection:
         steps = [s if i < count else replace(s, added=None) for i, s in enumerate(path.steps)]
         previous = path.stages[count - 1] if count and not steps[count - 1].in_pair else None
         final = remove_superfluous(self.context, accepted, steps, previous)
+        final = exchange_effects(self.context, final, steps, self._final_fit)
         final = replace_by_limits(self.context, final, steps, self._final_fit)
         is_known = final.fit is accepted.fit and count < len(steps)
         last = steps[count].score_test if is_known else run_score_test(self.context, final.fit)

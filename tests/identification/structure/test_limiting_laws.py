@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep, Stage, validated_stage
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.effects import PlacedEffect
+from railui.vehicle.model import Model
 from tests.truth.files import write_run
 from tests.truth.tracks import met
 
@@ -36,8 +38,8 @@ STUCK = PlacedEffect("hysteresis", AT, None, {"stiffness": 2e5, "yield": 2e4})
 YIELDING = PlacedEffect("hysteresis", AT, None, {"stiffness": 8e5, "yield": 1e3})
 
 
-def simulated(folder: Path, true: PlacedEffect) -> Context:
-    """Context of runs simulated by the vehicle with an effect, with noise."""
+def simulated(folder: Path, *true: PlacedEffect) -> Context:
+    """Context of runs simulated by the vehicle with effects, with noise."""
     rng = np.random.default_rng(5)
     names = ["ay.body", "ayf", "d1"]
     (folder / "vehicle.yaml").write_text(DESIGN.read_text("utf-8"), "utf-8")
@@ -52,10 +54,16 @@ def simulated(folder: Path, true: PlacedEffect) -> Context:
         )
     context = create_context(read_dataset(load_campaign(folder)), jobs=1)
     for x, segment in zip("ab", context.dataset.segments, strict=True):
-        series = Predictor(context.nominal.with_effect(true), segment).simulate(names).series[0]
+        series = Predictor(with_effects(context.nominal, true), segment).simulate(names).series[0]
         noisy = {c: s + NOISE[c] * rng.standard_normal(len(s)) for c, s in zip(names, series, strict=True)}
         write_run(folder / f"run_{x}.csv.gz", {c: segment.columns[c] for c in list(UNITS)[:5]} | noisy, UNITS)
     return create_context(read_dataset(load_campaign(folder)), jobs=1)
+
+
+def with_effects(model: Model, effects: Sequence[PlacedEffect]) -> Model:
+    for effect in effects:
+        model = model.with_effect(effect)
+    return model
 
 
 def refit(context: Context, effect: PlacedEffect) -> Fit:
