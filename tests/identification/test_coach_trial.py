@@ -61,3 +61,12 @@ def test_wrong_effect_at_the_noise_floor_counts_as_clean_wrong() -> None:
     assert "all names and joint groups right | 1 of 2 | 50" in text
     assert "explains the error down to noise | 1 of 3" in text
     assert "too weak to count: verdict `none` | 1 of 1" in text
+
+
+def test_an_immaterial_effect_may_be_missed_but_no_other_named_in_its_place() -> None:
+    planted = "hysteresis secondary_yaw + cubic_stiffness primary_yaw 3"
+    missed = row(1, planted, "hysteresis secondary_yaw", right_name=False, after=0.105)
+    replaced = row(2, planted, "hysteresis secondary_yaw + spring primary_yaw 3", right_name=False, after=0.105)
+    material = row(3, planted, "hysteresis secondary_yaw", right_name=False, after=0.12)
+    for x, share in ((missed, "1 of 1"), (replaced, "0 of 1"), (material, "0 of 1")):
+        assert f"of the oracle and no wrong name | {share}" in "\n".join(coach_totals([x]))
