@@ -10,7 +10,7 @@
 # killed: a search killed at 50 random moments, cases that kill their workers;
 # bench-peers: the standard job with other software; bench-counts: its instructions, counted by valgrind;
 # exudyn: motions and loops of vehicles simulated by Exudyn;
-# emulated: the kernel's tests on an emulated processor with AVX-512;
+# emulated: the kernel's tests on an emulated processor with AVX-512; aarch64: those for that processor, emulated;
 # growth: cost against length, designs, degrees of freedom, threads and effects;
 # sensors: what sets of sensors determine and detect, and the delay and noise that they bear;
 # purpose: Pareto fronts of the nominal and of the calibrated vehicle compared, over several seeds;
@@ -23,7 +23,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation --require-hashes -r
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots desk-latency blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated killed clean
+.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots desk-latency blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated aarch64 killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -136,6 +136,14 @@ exudyn: .stamp-build
 
 emulated:
 	$(PYTHON) release/emulate_avx512.py
+
+# Debian: apt-get install qemu-user-binfmt gcc-aarch64-linux-gnu; rustup target add aarch64-unknown-linux-gnu.
+# A test starts its own executable, for which the emulator has to be registered (binfmt_misc)
+ARM := aarch64-unknown-linux-gnu
+ARM_LIBRARIES := /usr/aarch64-linux-gnu
+aarch64:
+	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc QEMU_LD_PREFIX=$(ARM_LIBRARIES) \
+	CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER=qemu-aarch64 cargo test --locked --release --target $(ARM)
 
 # failures are kept in target/fuzz; one case again: python -m tests.fuzz --only NUMBER
 fuzz: .stamp-build

@@ -18,15 +18,20 @@ def has_right_joints(row: TrialRow) -> bool:
     return sorted(row.named.split(" + ")) == sorted(row.planted.split(" + "))
 
 
+def names_planted_only(row: TrialRow) -> bool:
+    """True if every effect that was found is planted, at the same joint or group of joints."""
+    return set(row.named.split(" + ")) <= set(row.planted.split(" + "))
+
+
 def is_immaterial(row: TrialRow) -> bool:
-    """True if what was not found costs a tenth of the error at most, and what was found is planted, joint and all."""
-    is_planted = set(row.named.split(" + ")) <= set(row.planted.split(" + "))
-    return is_planted and row.after <= MATERIAL_RATIO * row.oracle
+    """True if what was not found costs a tenth of the error at most, and what was found is planted."""
+    return names_planted_only(row) and row.after <= MATERIAL_RATIO * row.oracle
 
 
 def names_wrongly(row: TrialRow) -> bool:
-    """True if an effect explains the data as well as noise allows, and none of the planted ones is alike."""
-    return row.verdict == "effect" and row.after <= ADEQUATE_RATIO * row.floor and not row.right_class
+    """True if effects explain the data as well as noise allows, and one of them is neither planted nor alike."""
+    is_clean = row.verdict == "effect" and row.after <= ADEQUATE_RATIO * row.floor
+    return is_clean and not row.right_class and not names_planted_only(row)
 
 
 def coach_totals(rows: Sequence[TrialRow]) -> list[str]:
@@ -68,7 +73,7 @@ def coach_totals(rows: Sequence[TrialRow]) -> list[str]:
             "outside the library: its location, of those with the verdict `outside`",
             [bool(x.right_place) for x in outside if x.verdict == "outside"],
         ),
-        format_total("all campaigns: an effect alike to none planted explains the error down to noise",
+        format_total("all campaigns: at the noise floor by an effect that is neither planted nor alike",
                      [names_wrongly(x) for x in rows]),
         format_total("effects planted: verdict `partial`", [x.verdict == "partial" for x in planted]),
         format_total("error at most 1.05 times that of the oracle, class right", [x.after <= 1.05 * x.oracle

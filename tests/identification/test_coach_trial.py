@@ -59,7 +59,7 @@ def test_wrong_effect_at_the_noise_floor_counts_as_clean_wrong() -> None:
     assert not has_right_joints(other)
     text = "\n".join(coach_totals([wrong, other, weak]))
     assert "all names and joint groups right | 1 of 2 | 50" in text
-    assert "explains the error down to noise | 1 of 3" in text
+    assert "neither planted nor alike | 1 of 3" in text
     assert "too weak to count: verdict `none` | 1 of 1" in text
 
 
