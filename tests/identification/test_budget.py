@@ -7,16 +7,18 @@ from typing import Any
 
 import pytest
 
+from railui.arrays import FloatArray
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
-from railui.core import Vehicles
+from railui.core import Batch, Vehicles
 from railui.identification import context as context_module
 from railui.identification.context import OutOfTimeError, create_context
 from railui.identification.loop import close_loop
 from railui.report.loop.data import loop_report
 
 BUNDLED = Path(__file__).parents[2] / "designs" / "campaigns" / "worn_axle_box"
-MAX_CALLS_AFTER_END = 75  # of the kernel: noise floors, validations and the independent test; a whole loop makes 600
+WHOLE_LOOP = 1e8  # input rows times vehicles that the kernel steps through in a loop without a budget
+MAX_SHARE_AFTER_END = 0.05  # of these: noise floors, validations and the independent test
 
 
 class CountingClock:
@@ -41,19 +43,19 @@ def dataset() -> Dataset:
 @pytest.mark.parametrize(("checks", "verdict"), [(3, "outside"), (100, "outside"), (150, "effect")])
 def test_a_budget_ends_every_stage(dataset: Dataset, monkeypatch: pytest.MonkeyPatch, checks: int, verdict: str):
     clock = CountingClock()
-    calls_after_end = 0
+    rows_after_end = 0
     simulate = Vehicles.simulate
 
-    def counted(self: Vehicles, *args: Any, **options: Any) -> Any:
-        nonlocal calls_after_end
-        calls_after_end += clock.now > 1.0 + checks
-        return simulate(self, *args, **options)
+    def counted(self: Vehicles, batch: Batch, table: FloatArray, *args: Any, **options: Any) -> Any:
+        nonlocal rows_after_end
+        rows_after_end += len(table) * len(batch) * (clock.now > 1.0 + checks)
+        return simulate(self, batch, table, *args, **options)
 
     monkeypatch.setattr(context_module, "time", clock)
     monkeypatch.setattr(Vehicles, "simulate", counted)
     result = close_loop(dataset, jobs=1, budget=float(checks))
     assert result.is_out_of_time and result.verdict == verdict
-    assert calls_after_end <= MAX_CALLS_AFTER_END
+    assert 0 < rows_after_end <= MAX_SHARE_AFTER_END * WHOLE_LOOP
     assert result.validations["after"].nrmse <= result.validations["declared"].nrmse
     report = loop_report(result)
     assert report["out_of_time"] and report["sentence"].startswith("The time budget ended before the search")
