@@ -241,7 +241,7 @@ class SelectionSettings:
     exchanged_candidates: int = setting(
         3,
         minimum=0,
-        meaning="Candidates, nearly as good at its step, with which an effect is compared again when others are added.",
+        meaning="Candidates with which an effect is compared again once others are in the model.",
     )
     pair_shapes: int = setting(
         40, minimum=2, meaning="Shapes of candidates of which all pairs are scored where single effects do not suffice."

@@ -144,10 +144,11 @@ class _InitialStateProblem:
         """Take full steps as long as the misfit falls; True: a further one would lower it by little."""
         least, tried = np.inf, state
         for _ in range(NONLINEAR_ITERATIONS):
-            series = self._series(tried, (), *_perturbed(np.zeros(0)))
-            if series is None or self._cost(series[0], tried) >= least:
+            series = self._perturbed_series(tried)
+            cost = np.inf if series is None else self._cost(series[0], tried)
+            if series is None or cost >= least:
                 return state, False
-            state, least = tried, self._cost(series[0], tried)
+            state, least = tried, cost
             step, predicted = self._step(series, state)
             tried = state + step
             if least - predicted < SUFFICIENT_GAIN * least:
@@ -166,7 +167,7 @@ class _InitialStateProblem:
 
     def misfit_share(self, state: FloatArray) -> float:
         """Squared residual of a state over the squared signal, both without their means; infinite: diverged."""
-        series = self._series(state, (), *_perturbed(np.zeros(0)))
+        series = self._perturbed_series(state)
         signal = np.sum((self.measured - self.measured.mean(axis=1, keepdims=True)) ** 2)
         return np.inf if series is None else self._cost(series[0], self.usual) / max(float(signal), 1e-300)
 
@@ -196,7 +197,7 @@ class _InitialStateProblem:
 
     def _iterate(self, state: FloatArray, iterations: int, min_gain: float = MIN_GAIN) -> FloatArray:
         """Take damped steps of Gauss-Newton from a state as long as they lower the misfit by a relative gain."""
-        series = self._series(state, (), *_perturbed(np.zeros(0)))
+        series = self._perturbed_series(state)
         if series is None:
             return self.solve(())[0]
         for _ in range(iterations):
@@ -206,7 +207,7 @@ class _InitialStateProblem:
                 return state + step
             for share in STEP_SHARES:
                 tried = state + share * step
-                further = self._series(tried, (), *_perturbed(np.zeros(0)))
+                further = self._perturbed_series(tried)
                 if further is not None and self._cost(further[0], tried) < cost:
                     break
             else:
@@ -228,6 +229,10 @@ class _InitialStateProblem:
         residual = residual - residual.mean(axis=1, keepdims=True)
         deviation = (state - self.usual)[: len(self.scale)] / self.scale
         return float(np.sum(residual**2) + np.sum(deviation**2))
+
+    def _perturbed_series(self, state: FloatArray) -> FloatArray | None:
+        """Simulate weighted channels [lane, channel, n] from a state and from each perturbed one; None: diverged."""
+        return self._series(state, (), *_perturbed(np.zeros(0)))
 
     def _series(
         self, state: FloatArray, rotating: Sequence[str], tried: FloatArray, active: FloatArray

@@ -1,7 +1,8 @@
 """Exchange of effects: a law that was the best while another effect was missing need not be the best with it.
 
 Sequential replacement (Miller, Subset Selection in Regression, 2nd ed. 2002, 3.4): each selected effect is compared
-once more with the candidates that were nearly as good at its step, with all the others in the model.
+once more, with all the others in the model, with laws that later steps tried at its place and with the candidates that
+were nearly as good at its step.
 """
 
 from __future__ import annotations
