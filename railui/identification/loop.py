@@ -245,11 +245,11 @@ def _final_fit(
 
 
 def final_estimates(context: Context, fit: Fit, validation: Validation) -> Fit:
-    """Take the last step of the estimation, unless the error on the validation runs rises by it."""
+    """Take the last step of the estimation, unless it raises the misfit of the validation runs by too much."""
     last = with_unbiased_estimates(context, fit)
     if not last.shift.size:
         return last
-    limit = (1.0 + context.settings.calibration.bias_misfit_share) * validation.nrmse
+    limit = (1.0 + context.settings.calibration.bias_misfit_share) ** 0.5 * validation.nrmse
     is_as_good = validate(context, last.model, context.dataset.selection).nrmse <= limit
     return last if is_as_good else with_shift_as_spread(fit, last)
 

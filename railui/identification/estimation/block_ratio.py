@@ -8,12 +8,19 @@ from railui.arrays import FloatArray
 
 
 def ratio_standard_error(numerator: FloatArray, denominator: FloatArray) -> float:
-    """Compute the standard error of r = sum(x)/sum(y) over independent blocks, sqrt(sum((x - r y)^2))/|sum(y)|.
+    """Compute the standard error of a ratio r = sum(x)/sum(y) over n independent blocks.
+
+    It is sqrt(n/(n - 1) sum((x - r y)^2))/|sum(y)|.
 
     Parameters
     ----------
     numerator, denominator : array [block]
         x and y.
+
+    Returns
+    -------
+    float
+        Infinite for a single block, which has no scatter.
 
     References
     ----------
@@ -24,8 +31,10 @@ def ratio_standard_error(numerator: FloatArray, denominator: FloatArray) -> floa
     >>> ratio_standard_error(np.array([1.0, 1.0]), np.array([2.0, 2.0]))
     0.0
     >>> ratio_standard_error(np.array([0.0, 2.0]), np.array([2.0, 2.0]))
-    0.3535533905932738
+    0.5
     """
-    total = denominator.sum()
+    total, n = denominator.sum(), len(numerator)
+    if n < 2:
+        return float("inf")
     scatter = numerator - numerator.sum() / total * denominator
-    return float(np.sqrt(np.sum(scatter**2)) / abs(total))
+    return float(np.sqrt(n / (n - 1) * np.sum(scatter**2)) / abs(total))

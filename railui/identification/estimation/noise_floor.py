@@ -123,14 +123,15 @@ def estimate_noise_floor(
         return NoiseFloor(np.nan, np.nan, dict.fromkeys(names, np.nan), np.nan, source=context.noise.source)
     channels = [nrmse(comparisons) for comparisons in both]
     totals = [overall_nrmse(c) for c in channels]
+    spread = float(np.std(totals, ddof=1)) if len(totals) > 1 else float("nan")
     sensor_channels = [nrmse(comparisons) for comparisons in sensors]
     inputs = list(dict.fromkeys(c for s in segments for c in s.input_columns))
     return NoiseFloor(
         float(np.mean(totals)),
-        float(np.std(totals)),
+        spread,
         {c: float(np.mean([e[c] for e in channels])) for c in channels[0]},
         float(np.mean([overall_nrmse(c) for c in sensor_channels])),
-        _interval(context.noise, inputs, channels, sensor_channels, float(np.std(totals))),
+        _interval(context.noise, inputs, channels, sensor_channels, spread),
         context.noise.source,
     )
 

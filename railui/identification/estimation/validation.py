@@ -11,6 +11,7 @@ from railui.arrays import FloatArray
 from railui.campaign.comparison import Comparison, compare, cut_samples, nrmse, overall_nrmse
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
+from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Prediction, Predictor
 from railui.parallel import map_threads
@@ -42,8 +43,8 @@ class Validation:
         """Share of this squared error that another validation on the same runs takes off, and its standard error."""
         if not np.isfinite(self.nrmse) or not np.isfinite(other.nrmse):
             return (1.0 if np.isfinite(other.nrmse) else -np.inf), 0.0
-        less = (self.block_errors - other.block_errors) / self.block_errors.sum()
-        return float(less.sum()), float(np.sqrt(len(less)) * less.std())
+        less = self.block_errors - other.block_errors
+        return float(less.sum() / self.block_errors.sum()), ratio_standard_error(less, self.block_errors)
 
 
 def validate(context: Context, model: Model, segments: Sequence[Segment]) -> Validation:

@@ -15,6 +15,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model
+from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import driven_locations
 from railui.identification.structure.locations import Numbers, distinct_locations, location_numbers
 from railui.vehicle.design_reader import PlacedEffect
@@ -73,7 +74,7 @@ def fit_curve(context: Context, fit: Fit, location: CurveLocation, force: FloatA
             tolerance=TOLERANCE,
             max_iterations=MAX_ITERATIONS,
         )
-    except ValueError:
+    except SimulationError:
         return None
 
 
@@ -146,15 +147,24 @@ def explained_by_curve(
     gram = gram * np.outer(scale, scale)
     normal = gram[1:parameters, 1:parameters] + 1e-9 * np.eye(parameters - 1)
     normal_with_curve = gram[1:, 1:] + 1e-9 * np.eye(size - 1)
-    second_difference = np.diff(np.eye(n), 2, axis=0) / scale[parameters:]
-    normal_with_curve[parameters - 1 :, parameters - 1 :] += (
-        settings.curve_smoothness * second_difference.T @ second_difference / np.mean(second_difference**2)
-    )
+    normal_with_curve[parameters - 1 :, parameters - 1 :] += settings.curve_smoothness * roughness(scale[parameters:])
     rss = gram[0, 0] - gram[0, 1:parameters] @ linalg.solve(normal, gram[1:parameters, 0], assume_a="pos")
     solution = linalg.solve(normal_with_curve, gram[1:, 0], assume_a="pos")
     rss_with_curve = gram[0, 0] - gram[0, 1:] @ solution
     force = solution[parameters - 1 :] * scale[parameters:] / scale[0]
     return float(1.0 - rss_with_curve / rss), np.asarray(force)
+
+
+def roughness(scale: FloatArray) -> FloatArray:
+    """Matrix R [point, point] of the mean squared second difference x'Rx of a curve with the ordinates scale * x.
+
+    It is relative to that of independent ordinates. A straight line has none.
+
+    >>> float(np.array([1.0, 1.0, 1.0]) @ roughness(np.array([1.0, 2.0, 3.0])) @ np.array([1.0, 1.0, 1.0]))
+    0.0
+    """
+    second_difference = np.diff(np.eye(len(scale)), 2, axis=0) * scale
+    return np.asarray(second_difference.T @ second_difference / np.mean(second_difference**2))
 
 
 def _curve_sensitivities(fit: Fit, location: CurveLocation, target: FitSegment) -> FloatArray | None:
@@ -174,6 +184,6 @@ def _curve_sensitivities(fit: Fit, location: CurveLocation, target: FitSegment) 
         model = fit.model.on_segment(*target.segment.segment_key)
         batch = model.batch(np.tile(model.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
         series, diverged = target.predictor(fit.model).simulate(batch=batch, vehicles=vehicles)
-    except ValueError:
+    except SimulationError:
         return None
     return None if np.any(diverged >= 0) else target.without_initial_state((series[1:] - series[0]) / unit)
