@@ -10,8 +10,10 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import Context
-from railui.identification.estimation.fit import Fit, residual_variance
+from railui.identification.estimation.block_products import scaled_inverse
+from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.prediction import SimulationError
 
 PROFILE_POINTS = (-3.0, -1.5, 1.5, 3.0)  # standard deviations from the estimate
 DEVIANCE_90 = 2.706  # rise of the deviance at the ends of a 90 % interval: chi-squared of one degree of freedom
@@ -169,7 +171,7 @@ def profile_likelihood(context: Context, fit: Fit, path: str) -> Profile:
         start = center[others] + ridge * (value - center[j])
         try:
             refit = optimiser.fit(start, tolerance=PROFILE_TOLERANCE, max_iterations=PROFILE_ITERATIONS)
-        except ValueError:
+        except SimulationError:
             continue  # diverges there: the interval ends before
         prior = ((value - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
         prior -= ((center[j] - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
@@ -223,7 +225,10 @@ class SectionEstimates:
 
     @property
     def chi2(self) -> FloatArray:
-        """Reduced chi-squared [path] of the sections' values about their common one: about 1 where constant."""
+        """Reduced chi-squared [path] of the sections' values about their common one.
+
+        About 1 where the parameter is constant and determined by the data, less where a prior holds it.
+        """
         weight = 1.0 / np.maximum(self.sd, 1e-300) ** 2
         mean = np.sum(weight * self.values, axis=0) / np.sum(weight, axis=0)
         return np.asarray(np.sum(weight * (self.values - mean) ** 2, axis=0) / max(len(self.values) - 1, 1))
@@ -244,14 +249,12 @@ def estimate_per_section(context: Context, fit: Fit, length: float) -> SectionEs
     gram = fit.normal.gram.sum(axis=1)
     count = max(1, int(np.ceil((s.max() - s.min()) / length)))
     section = np.minimum(((s - s.min()) / length).astype(int), count - 1)  # the last edge belongs to the last section
-    common = fit.covariance.diagonal() * count
-    precision = 1.0 / np.maximum(SECTION_LOOSENESS * common, 1e-300) + 1.0 / fit.free.prior_sd**2
     values, sds, sections = [], [], []
     for k in range(count):
         inside = section == k
         if inside.sum() < min_blocks:
             continue
-        estimate, sd = _section_estimate(fit, gram[inside], precision, float(inside.mean()))
+        estimate, sd = _section_estimate(fit, gram[inside].sum(axis=0), SECTION_LOOSENESS * count)
         start = s.min() + k * length
         values.append(estimate)
         sds.append(sd)
@@ -263,12 +266,19 @@ def estimate_per_section(context: Context, fit: Fit, length: float) -> SectionEs
     return SectionEstimates(fit.free.paths, np.array(sections), np.array(values), np.array(sds))
 
 
-def _section_estimate(fit: Fit, gram: FloatArray, precision: FloatArray, share: float) -> tuple[FloatArray, FloatArray]:
-    """Estimates and standard deviations [p] from the blocks of a section, a share of all."""
-    total = gram.sum(axis=0)
-    samples = max(fit.normal.samples * share, 1.0)
-    variance = residual_variance(total[0, 0], samples, fit.normal.independent_share)
-    inverse = np.linalg.pinv(total[1:, 1:] + variance * np.diag(precision), rcond=1e-12, hermitian=True)
-    scores = gram[:, 1:, 0] - gram[:, 1:, 0].mean(axis=0)
-    sd = np.sqrt(np.maximum(np.diag(inverse @ (scores.T @ scores) @ inverse), 0.0))
-    return fit.x + inverse @ total[1:, 0], np.asarray(sd)
+def _section_estimate(fit: Fit, gram: FloatArray, looseness: float) -> tuple[FloatArray, FloatArray]:
+    """Estimates and standard deviations [p] from the products [1 + p, 1 + p] of a section.
+
+    looseness: variance within which a section may differ from the whole run, in that of its estimate.
+
+    The blocks of a section are too few for a variance of their own. That of the whole run grows as the inverse of the
+    normal matrix does.
+    """
+    variance = fit.normal.variance
+    priors = variance / fit.free.prior_sd**2
+    loose = variance / np.maximum(looseness * fit.covariance.diagonal(), 1e-300)
+    inverse = scaled_inverse(gram[1:, 1:] + np.diag(priors + loose))
+    of_whole = scaled_inverse(fit.normal.total[1:, 1:] + np.diag(priors))
+    step = inverse @ (gram[1:, 0] + priors * (fit.free.prior - fit.least_squares))
+    growth = np.maximum(inverse.diagonal(), 0.0) / np.maximum(of_whole.diagonal(), 1e-300)
+    return fit.x + step, np.asarray(fit.sd * np.sqrt(growth))
