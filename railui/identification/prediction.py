@@ -21,6 +21,24 @@ from railui.core import Batch, Vehicles, ZeroPhaseFilter
 from railui.vehicle.model import Model
 
 
+class SimulationError(ValueError):
+    """A model that cannot be simulated: it diverges, is too stiff, or two of its effects supersede the same term."""
+
+
+class DivergedError(SimulationError):
+    """A vehicle that diverges.
+
+    Attributes
+    ----------
+    sample
+        At which it does, where that is known.
+    """
+
+    def __init__(self, message: str, sample: int = 0) -> None:
+        super().__init__(message)
+        self.sample = sample
+
+
 class Simulation(NamedTuple):
     """Series [vehicle, channel, n] and the sample at which each vehicle diverged [vehicle]; -1: never."""
 
@@ -101,16 +119,29 @@ class Predictor:
         """Simulate all measured channels and compare them as the campaign defines it."""
         series, diverged = self.simulate()
         if diverged[0] >= 0:
-            at = float(self.segment.columns["t"][diverged[0]])
-            lost = np.full_like(series[0], np.nan)
-            return Prediction(self.segment, lost, compare(campaign, self.segment, lost), at)
+            return undefined_prediction(campaign, self.segment, int(diverged[0]))
         return Prediction(self.segment, series[0], compare(campaign, self.segment, series[0]))
 
 
+def undefined_prediction(campaign: Campaign, segment: Segment, sample: int) -> Prediction:
+    """Return the prediction of a model that diverges at a sample: its series is NaN."""
+    undefined = np.full((len(segment.channels), segment.samples), np.nan)
+    return Prediction(segment, undefined, compare(campaign, segment, undefined), float(segment.columns["t"][sample]))
+
+
 def required_steps(model: Model, segment: Segment) -> int:
-    """Number of RK4 steps per sample that a model needs on a segment."""
+    """Number of RK4 steps per sample that a model needs on a segment.
+
+    Raises
+    ------
+    SimulationError
+        Where there are too many, or two effects supersede the same term.
+    """
     batch = model.on_segment(*segment.segment_key).single_batch()
-    return model.vehicles(segment.coach_forces).required_steps(batch, *segment.speeds, segment.dt)[0]
+    try:
+        return model.vehicles(segment.coach_forces).required_steps(batch, *segment.speeds, segment.dt)[0]
+    except ValueError as error:
+        raise SimulationError(f"{segment.file}: {error}") from error
 
 
 def required_steps_each(vehicles: Vehicles, batch: Batch, segment: Segment) -> NDArray[np.int64]:

@@ -15,14 +15,13 @@ from railui.identification.estimation.block_products import block_gram, block_le
 from railui.identification.estimation.fit import Fit, NormalEquations
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.problem import (
-    DivergedError,
     FitSegment,
     estimate_window_start,
     improve_start,
     settle_start,
 )
 from railui.identification.events import FitIteration
-from railui.identification.prediction import Simulation, required_steps_each
+from railui.identification.prediction import DivergedError, Simulation, required_steps_each
 from railui.parallel import map_threads
 from railui.vehicle.model import RADIUS, Model
 

@@ -23,6 +23,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.modulating_functions import dominant_period, modulating_starts
 from railui.identification.estimation.output_error import COARSE_TOLERANCE, fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, prepare_segments
+from railui.identification.prediction import SimulationError
 from railui.vehicle.model import Model
 
 IndexArray = NDArray[np.int64]
@@ -159,7 +160,7 @@ def fit_on_windows(
     try:
         prepared = prepare_segments(context, model, windows)
         return fit_output_error(context, model, paths, segments=prepared, stable=False, tolerance=COARSE_TOLERANCE)
-    except ValueError:
+    except SimulationError:
         return None
 
 
@@ -170,7 +171,7 @@ def fit_whole_runs(
     try:
         segments = adapt_to_model(context, model, whole)
         return fit_output_error(context, model, paths, segments=segments, tolerance=tolerance)
-    except ValueError:
+    except SimulationError:
         return None
 
 

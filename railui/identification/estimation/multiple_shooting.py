@@ -13,7 +13,8 @@ from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import COARSE_TOLERANCE, fit_output_error
-from railui.identification.estimation.problem import DivergedError, prepare_segments, reprepare_segments
+from railui.identification.estimation.problem import prepare_segments, reprepare_segments
+from railui.identification.prediction import DivergedError
 from railui.vehicle.model import Model
 
 MAX_ROUNDS = 3  # of cutting further segments into windows

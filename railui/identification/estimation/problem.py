@@ -19,7 +19,7 @@ from railui.identification.estimation.initial_state import (
     state_scale,
 )
 from railui.identification.estimation.noise_floor import noise_weights
-from railui.identification.prediction import Predictor, Simulation, required_steps
+from railui.identification.prediction import DivergedError, Predictor, Simulation, required_steps
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
@@ -28,10 +28,6 @@ START_SHARES = (0.0, 0.1, 0.3, 1.0)  # of the correction of an initial state tha
 MAX_START_IMPROVEMENTS = 4
 RENEWED_GAIN = 0.01  # of the misfit by a correction, from which the sensitivity is computed again
 SAMPLES_PER_PERIOD = 2.4  # of the highest frequency compared, kept at least
-
-
-class DivergedError(ValueError):
-    """The vehicle diverges at a point of a fit, or next to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,9 +242,9 @@ def adapt_to_model(
     """
     adapted = []
     for t in prepared:
+        needed = max(t.steps, required_steps(model, t.segment))
         has_other_states = t.segment.is_rig or any(adds_body(e.kind) for e in model.effects)
         start = estimate_initial_state(context, model, t.segment) if has_other_states else t.initial_state
-        needed = max(t.steps, required_steps(model, t.segment))
         steps = needed if max_steps is None else max(t.steps, min(needed, max_steps))
         adapted.append(replace(t, initial_state=start, steps=steps, required_steps=needed))
     return adapted

@@ -14,7 +14,8 @@ from railui.identification.estimation.covariance import block_covariance
 from railui.identification.estimation.fit import Fit, residual_variance
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.initial_state import state_on_rails, state_scale
-from railui.identification.estimation.problem import DivergedError, FitSegment, sensitivities_to_start
+from railui.identification.estimation.problem import FitSegment, sensitivities_to_start
+from railui.identification.prediction import DivergedError
 from railui.parallel import map_threads
 
 BIAS_SEED = 17

@@ -19,9 +19,15 @@ from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.initial_state import estimate_initial_state
+from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.estimation.validation import Validation, compute_validation
-from railui.identification.prediction import Prediction, Predictor, required_steps
+from railui.identification.prediction import (
+    DivergedError,
+    Prediction,
+    Predictor,
+    required_steps,
+    undefined_prediction,
+)
 from railui.vehicle.model import Model
 
 LEAST_KNOTS = 3  # of a drift; the spacing is halved from one drift to the next
@@ -171,7 +177,10 @@ def _limits(context: Context, fit: Fit, path: str) -> tuple[float, float]:
 def blend_series(predictor: Predictor, drift: Drift) -> tuple[FloatArray, FloatArray]:
     """Blend simulations of a drifting parameter: channels [channel, n] and their derivative by the parameter.
 
-    Raises ValueError if a simulation diverges.
+    Raises
+    ------
+    DivergedError
+        Where a vehicle of a constant parameter diverges.
     """
     model, segment = predictor.model, predictor.segment
     p = drift.value_at(segment.columns["s"])
@@ -182,7 +191,8 @@ def blend_series(predictor: Predictor, drift: Drift) -> tuple[FloatArray, FloatA
         rows[:, model.columns[path]] = ratio * grid
     series, diverged = predictor.simulate(batch=model.batch(rows))
     if np.any(diverged >= 0):
-        raise ValueError(f"the simulation of {segment.file} diverges with {drift.path} varying along the track")
+        first = int(np.min(diverged[diverged >= 0]))
+        raise DivergedError(f"the vehicle diverges on {segment.file} with {drift.path} varying along the track", first)
     position = np.clip((p - grid[0]) / (grid[1] - grid[0]), 0.0, core.LANES - 1 - 1e-9)
     k, part = position.astype(int), position % 1.0
     n = np.arange(len(p))
@@ -191,13 +201,19 @@ def blend_series(predictor: Predictor, drift: Drift) -> tuple[FloatArray, FloatA
 
 
 def validate_drift(context: Context, model: Model, drift: Drift, segments: Sequence[Segment]) -> Validation:
-    """Validate a model with a drifting parameter."""
-    predictions = []
-    for segment in segments:
-        first = float(drift.value_at(segment.columns["s"][:1])[0])
-        initial_model = model.with_path_values(list(drift.ratios), first * np.array(list(drift.ratios.values())))
-        start = estimate_initial_state(context, initial_model, segment)
-        predictor = Predictor(model, segment, required_steps(initial_model, segment), start)
+    """Validate a model with a drifting parameter; initial states and phases are estimated on the segments."""
+    return compute_validation(context, [_predict(context, model, drift, segment) for segment in segments])
+
+
+def _predict(context: Context, model: Model, drift: Drift, segment: Segment) -> Prediction:
+    first = float(drift.value_at(segment.columns["s"][:1])[0])
+    initial_model = model.with_path_values(list(drift.ratios), first * np.array(list(drift.ratios.values())))
+    initial_model = estimate_phases(context, initial_model, segment)
+    start = estimate_initial_state(context, initial_model, segment)
+    phased = replace(model, phases=initial_model.phases)
+    predictor = Predictor(phased, segment, required_steps(initial_model, segment), start)
+    try:
         series, _ = blend_series(predictor, drift)
-        predictions.append(Prediction(segment, series, compare(context.campaign, segment, series)))
-    return compute_validation(context, predictions)
+    except DivergedError as error:
+        return undefined_prediction(context.campaign, segment, error.sample)
+    return Prediction(segment, series, compare(context.campaign, segment, series))

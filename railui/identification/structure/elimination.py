@@ -8,7 +8,8 @@ from functools import partial
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
-from railui.identification.estimation.problem import DivergedError, drop_states
+from railui.identification.estimation.problem import drop_states
+from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep, Stage, gains, validated_stage

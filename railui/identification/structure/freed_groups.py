@@ -10,6 +10,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.validation import Validation, is_significant_gain, validate
+from railui.identification.prediction import SimulationError
 from railui.identification.structure.group_test import (
     GroupDifference,
     compare_group_members,
@@ -52,7 +53,7 @@ def free_groups(context: Context, fit: Fit) -> FreedGroups:
         if not paths:
             return FreedGroups(groups)
         freed = _freed_fit(context, fit, paths)
-    except ValueError:  # the vehicle diverges at a point of the fit
+    except SimulationError:  # the vehicle diverges at a point of the fit
         return _homogeneous(groups)
     unexplained = misfit_beyond_noise(context, fit.normal.rss, fit.normal.samples)
     if fit.normal.rss - freed.normal.rss < context.settings.verdict.min_explained_share * unexplained:

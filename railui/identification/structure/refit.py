@@ -17,6 +17,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.leave_one_out import change_of_estimates
 from railui.identification.estimation.problem import FitSegment, adapt_to_model
+from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult, signed_rho
 from railui.identification.structure.score_test import ScoreTestResult
@@ -181,7 +182,7 @@ def continue_on_whole_runs(
     model = screened.model
     try:
         segments = adapt_to_model(context, model, whole, max_steps)
-    except ValueError:
+    except SimulationError:
         return None  # too stiff to be simulated over whole runs
     if model.design.kind == "rig":  # the screening fit has the better initial state
         starts = {_start_key(t): t.initial_state for t in screened.segments}

@@ -13,6 +13,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import continue_fit, fit_output_error
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
+from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult, signed_rho
 from railui.identification.structure.locations import Element, estimated_elements, joint_key
@@ -81,7 +82,7 @@ def fit_with_effects(
             max_iterations=max_iterations,
             misfit_limit=misfit_limit,
         )
-    except ValueError:
+    except SimulationError:
         return None
 
 
@@ -231,7 +232,7 @@ class ScreeningFits:
             for effect, phases in points:
                 model = model.with_effect(effect, phases)
             segments = adapt_to_model(self.context, model, self.segments, self.max_steps)
-        except ValueError:
+        except SimulationError:
             return None  # this starting point cannot be simulated; another may
         effect_paths = model.effect_paths()
         # a segment has one phase of each rotating part
@@ -253,6 +254,6 @@ class ScreeningFits:
         background = self.context.in_background(1)
         try:
             further = continue_fit(background, fit, segments, tolerance=tolerance, max_iterations=max_iterations)
-        except ValueError:
+        except SimulationError:
             return fit
         return further if further.cost < fit.cost else fit

@@ -11,9 +11,10 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.growing_windows import follow_motion, follows
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
-from railui.identification.estimation.problem import DivergedError, FitSegment, reprepare_segments
+from railui.identification.estimation.problem import FitSegment, reprepare_segments
 from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
+from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidate_scores import has_structure, run_score_test, scored_part
 from railui.identification.structure.elimination import refit_text, remove_superfluous
 from railui.identification.structure.exchange import exchange_effects

@@ -11,6 +11,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.problem import adapt_to_model, drop_states
+from railui.identification.prediction import SimulationError
 from railui.identification.structure.elimination import refit_text
 from railui.identification.structure.refit import Refit, cross_validation_errors
 from railui.identification.structure.screening import fit_with_effects
@@ -70,7 +71,7 @@ def fit_in_place(context: Context, fit: Fit, index: int, effect: PlacedEffect, m
     ):
         try:
             adapted = adapt_to_model(quiet, model, segments)
-        except ValueError:
+        except SimulationError:
             return None  # the law is too stiff to be simulated with these numbers
         paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
         found = fit_with_effects(
@@ -92,5 +93,5 @@ def _validated(context: Context, refit: Refit, finish: Callable[[Fit], Fit]) -> 
     """Fit a model to the end and validate it; None where it diverges."""
     try:
         return validated_stage(context, finish(refit.fit))
-    except ValueError:
+    except SimulationError:
         return None

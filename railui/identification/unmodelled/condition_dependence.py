@@ -20,6 +20,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, prepare_segments
 from railui.identification.estimation.validation import validate, validate_each
+from railui.identification.prediction import SimulationError
 from railui.identification.structure.stepwise import StepwiseSelection
 from railui.vehicle.model import Model
 
@@ -100,7 +101,7 @@ def dependence_on_conditions(context: Context, fit: Fit) -> ConditionDependence 
     """Estimate the dependence on stated conditions; None where there are none or a simulation diverges."""
     try:
         dependence = estimate_condition_dependence(context, fit)
-    except ValueError as error:
+    except SimulationError as error:
         context.progress.message(f"no dependence on conditions estimated: {error}")
         return None
     if dependence is not None:
@@ -118,7 +119,7 @@ class _Comparison:
         self.context = context
         self.labels = labels
         self.conditions = conditions
-        self.validation = [s for s in context.dataset.validation if labels[s.run_index] in conditions]
+        self.validation = [s for s in context.dataset.selection if labels[s.run_index] in conditions]
 
     def compare(self, model: Model) -> ConditionDependence:
         """Estimate the parameters of a model under each condition, and each parameter alone."""
@@ -163,7 +164,7 @@ class _Comparison:
         self.context.progress.message(f"the conditions differ: effects selected at {reference}")
         context = replace(self.context.in_background(self.context.jobs), dataset=replace(dataset, segments=kept))
         before = calibrate(context)
-        validation = validate(context, before.model, context.dataset.validation)
+        validation = validate(context, before.model, context.dataset.selection)
         return StepwiseSelection(context).select_effects(before, validation).fit.model
 
 

@@ -15,6 +15,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.validation import Validation, is_significant_gain, validate
+from railui.identification.prediction import SimulationError
 from railui.identification.structure.couplings import Coupling, find_couplings
 from railui.identification.structure.drift import Drift, find_drifts, refine_drift, validate_drift
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
@@ -208,7 +209,7 @@ def find_variation_along_track(context: Context, fit: Fit) -> Discrepancy | None
     try:
         drift = refine_drift(context, fit, drifts[0])
         validation = validate_drift(context, fit.model, drift, context.dataset.selection)
-    except ValueError:
+    except SimulationError:
         return None
     context.progress.message(
         f"  {drift.path} varying along the track: explains {drift.share:.2f}, NRMSE {validation.nrmse:.4f}"
@@ -254,7 +255,7 @@ def find_run_dependence(
         return None
     try:
         change = detect_run_dependence(context, fit, validation_fit)
-    except ValueError:
+    except SimulationError:
         return None
     if change is None:
         return None

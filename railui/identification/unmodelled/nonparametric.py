@@ -12,6 +12,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import adapt_to_model, drop_states
+from railui.identification.prediction import SimulationError
 from railui.vehicle.effects import PlacedEffect
 
 KIND = "measured_force"
@@ -71,7 +72,7 @@ def estimate_force_points(
             max_iterations=MAX_ITERATIONS,
             stable=False,
         )
-    except ValueError:
+    except SimulationError:
         return None
     sd_by_path = dict(zip(found.free.paths, found.sd, strict=True))
     paths = [f"{group}.{i}" for i in range(len(motion))]

@@ -23,6 +23,7 @@ from railui.identification.estimation.initial_state import estimate_phases
 from railui.identification.estimation.multiple_shooting import unstable_segments
 from railui.identification.estimation.problem import FitSegment, prepare_segments
 from railui.identification.estimation.validation import Validation, validate_each
+from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.drift import parameter_groups
 from railui.identification.structure.evidence import ScoreResult, family_wise_test
@@ -161,7 +162,7 @@ class _RunScores:
         """Inner products [block, 1 + path, 1 + path] of a segment."""
         series, diverged = self.optimiser.sensitivities(target, self.x)
         if np.any(diverged >= 0):
-            raise ValueError(f"the simulation of {target.segment.file} diverges")
+            raise DivergedError(f"the vehicle diverges on {target.segment.file}")
         return np.asarray(block_gram(series, self.optimiser.block_samples(target)).sum(axis=1))
 
     def score_shifts(self) -> list[tuple[ScoreResult, Shift]]:

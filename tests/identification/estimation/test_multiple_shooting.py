@@ -14,9 +14,10 @@ from railui.identification.context import Context, create_context
 from railui.identification.estimation import multiple_shooting
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.multiple_shooting import cut_into_windows, max_growth_rate, windowed_files
-from railui.identification.estimation.problem import DivergedError, estimate_window_start, prepare_segments
+from railui.identification.estimation.problem import estimate_window_start, prepare_segments
 from railui.identification.estimation.validation import validate
 from railui.identification.loop import close_loop
+from railui.identification.prediction import DivergedError
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
 from tests.truth.bogie import Vehicle

@@ -18,8 +18,8 @@ from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.noise_floor import estimate_noise_floor, noise_weights
 from railui.identification.estimation.output_error import continue_fit, fit_output_error
-from railui.identification.estimation.problem import DivergedError
 from railui.identification.estimation.validation import validate
+from railui.identification.prediction import DivergedError
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
 from tests.blind.simulated import calibrated, simulated_campaign

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from railui.identification.estimation.problem import DivergedError
+from railui.identification.prediction import DivergedError
 from railui.identification.structure.stepwise import StepwiseSelection, _Path
 from tests.blind.simulated import simulated_campaign
 
