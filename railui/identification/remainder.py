@@ -11,7 +11,6 @@ from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.residual_evidence import ResidualEvidence
 from railui.identification.estimation.validation import Validation
 from railui.identification.structure.candidate_scores import has_structure
-from railui.identification.structure.evidence import signed_rho
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.verdict import Remainder, remaining_ratio
@@ -37,7 +36,7 @@ def describe_remainder(
         What acts there in addition, outside the library.
     """
     is_structured = has_structure(context.settings.score_test, scores)
-    best = max(scores.best, key=signed_rho, default=None) if is_structured else None
+    best = scores.best[0] if is_structured and scores.best else None
     located = discrepancy is not None and discrepancy.is_located(context.settings.verdict)
     return Remainder(
         ratio=remaining_ratio(validations["before"], validations["after"], floor),

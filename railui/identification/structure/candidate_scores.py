@@ -11,7 +11,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.problem import FitSegment, truncate
 from railui.identification.structure.candidates import Candidate, list_candidates
-from railui.identification.structure.evidence import family_wise_test
+from railui.identification.structure.evidence import ScoreResult, family_wise_test
 from railui.identification.structure.preselection import preselect, ranked, undecided, with_best_shapes
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 
@@ -24,25 +24,26 @@ def score_test(
 ) -> ScoreTestResult:
     """Score every candidate against the residual of a fit.
 
-    With `first`, shortened segments, all candidates are scored on these and only the best on the segments of the fit;
-    the results of the others are extrapolated, for the minimum detectable effects.
+    With `first`, shortened segments, all candidates are scored on these and only the best on the segments of the fit.
+    The results of the others are extrapolated and rank behind all of these: chance correlates more with fewer samples.
     """
     settings = context.settings.score_test
-    full = ScoreTest(context, fit, fit.segments)
+    full, others = ScoreTest(context, fit, fit.segments), tuple[ScoreResult, ...]()
     if not first or sum(t.measured.size for t in first) >= PRESELECTION_SHARE * sum(
         t.measured.size for t in fit.segments
     ):
-        results = selected = full.run(candidates)
+        selected = full.run(candidates)
     else:
         preselection = preselect(context, fit, candidates, first)
         best = {s.candidate for s in ranked(preselection)[: settings.preselected_candidates]}
         best |= undecided(candidates, preselection, settings.min_remaining_share)
         selected = full.run([c for c in with_best_shapes(context, fit, candidates, preselection) if c in best])
         ratio = sum(t.measured.size for t in fit.segments) / sum(t.measured.size for t in first)
-        others = [s.extrapolate(ratio, full.block_count) for s in preselection if s.candidate not in best]
-        results = (*selected, *others)
+        others = tuple(s.extrapolate(ratio, full.block_count) for s in preselection if s.candidate not in best)
+    results = (*selected, *others)
     p, critical_score = family_wise_test(results, settings, context.seed, selected)
-    return ScoreTestResult(tuple(results), ranked(results), p, critical_score, full.projector.rss, settings)
+    best_first = (*ranked(selected), *ranked(others))
+    return ScoreTestResult(results, best_first, p, critical_score, full.projector.rss, settings)
 
 
 def run_score_test(context: Context, fit: Fit) -> ScoreTestResult:

@@ -29,13 +29,18 @@ ARMS = tuple(((("primary_lateral", w), ("primary_yaw", w)),) for w in (1, 2))  #
 Pair = tuple[Port, Port]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Coupling:
-    """Coupled pairs of locations, by displacement (z) or velocity (v), and the share of the residual they explain."""
+    """Coupled pairs of locations, by displacement (z) or velocity (v), and the share of the residual they explain.
+
+    before, after: squared residual [block] without and with the coupling.
+    """
 
     pairs: tuple[Pair, ...]
     against: str
     share: float
+    before: FloatArray
+    after: FloatArray
 
     @property
     def at(self) -> str:
@@ -74,7 +79,13 @@ def find_couplings(context: Context, fit: Fit) -> list[Coupling]:
     test = ScoreTest(context, fit, fit.segments)
     scores = test.score([coupling_responses(fit, t, couplings) for t in fit.segments])
     shares = np.where(scores.is_distinguishable, scores.rho**2, 0.0)
-    results = [Coupling(pairs, q, float(share)) for (pairs, q), share in zip(couplings, shares, strict=True)]
+    before = test.projector.block_products[:, 0, 0]
+    amount = scores.amount[:, None]
+    after = before - (2.0 * amount * scores.scores - amount**2 * scores.block_norms)
+    results = [
+        Coupling(pairs, q, float(share), before, left)
+        for (pairs, q), share, left in zip(couplings, shares, after, strict=True)
+    ]
     return sorted(results, key=lambda c: -c.share)
 
 

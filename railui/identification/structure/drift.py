@@ -8,7 +8,7 @@ parameter p(s) is a blend of simultaneous simulations with constant p.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from railui.arrays import FloatArray
 from railui.campaign.comparison import compare
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
-from railui.identification.estimation.block_products import scaled_inverse
+from railui.identification.estimation.block_products import scaled_inverse, split_into_blocks
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.estimation.validation import Validation, compute_validation
@@ -39,7 +39,8 @@ class Drift:
     """A parameter that varies along the track: values [knot] at distances [knot] [m], with standard deviations.
 
     ratios: ratio to the value by path, of the parameter itself (1) and of those that vary in proportion. share: share
-    of the residual that the drift explains beyond chance.
+    of the residual that the drift explains beyond chance, which would explain chance_share. squares: squared residual
+    [block] with the drift; empty for a linear estimate.
     """
 
     path: str
@@ -48,6 +49,8 @@ class Drift:
     values: FloatArray
     sd: FloatArray
     share: float
+    chance_share: float = 0.0
+    squares: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
 
     def value_at(self, s: FloatArray) -> FloatArray:
         """Interpolate the parameter at distances s [m]: linear between knots, constant beyond."""
@@ -141,17 +144,18 @@ def _estimate_drift(
     change = solution[0, len(others) :]
     sd = np.sqrt(np.maximum(np.diag(inverse)[len(others) :], 0.0) * chance / max(len(knots) - 1, 1))
     share = max((float(explained[0]) - chance) / fit.normal.rss, 0.0)
-    return Drift(path, ratios, knots, fit.x[j] + change, sd, share)
+    return Drift(path, ratios, knots, fit.x[j] + change, sd, share, chance / fit.normal.rss)
 
 
 def refine_drift(context: Context, fit: Fit, drift: Drift) -> Drift:
     """Refine a drift by Gauss-Newton iterations on blended simulations; all other parameters stay."""
     low, high = _limits(context, fit, drift.path)
     values = np.clip(drift.values, low, high)
-    best, least_rss = values, np.inf
+    best, least = values, np.full(1, np.inf)
     for _ in range(context.settings.drift.drift_iterations):
         trial = replace(drift, values=values)
-        normal, gradient, rss = np.zeros((len(values), len(values))), np.zeros(len(values)), 0.0
+        normal, gradient = np.zeros((len(values), len(values))), np.zeros(len(values))
+        squares = []
         for target in fit.segments:
             z, slope = blend_series(target.motion_predictor(fit.model), trial)
             r = target.measured - target.filter_and_weight(z)
@@ -159,13 +163,14 @@ def refine_drift(context: Context, fit: Fit, drift: Drift) -> Drift:
             d = np.stack([target.filter_and_weight(slope * u[:, k]).ravel() for k in range(len(values))])
             normal += d @ d.T
             gradient += d @ r.ravel()
-            rss += float(np.sum(r * r))
-        if rss < least_rss:
-            best, least_rss = values, rss
+            squares.append(np.sum(split_into_blocks(r[None], fit.block_samples(target)) ** 2, axis=(0, 1, 3)))
+        of_blocks = np.concatenate(squares)
+        if of_blocks.sum() < least.sum():
+            best, least = values, of_blocks
         ridge = 1e-6 * np.mean(np.diag(normal)) * np.eye(len(values))
         values = np.clip(values + np.linalg.solve(normal + ridge, gradient), low, high)
-    share = max(1.0 - least_rss / fit.normal.rss, 0.0)
-    return replace(drift, values=best, share=share)
+    share = max(1.0 - float(least.sum()) / fit.normal.rss - drift.chance_share, 0.0)
+    return replace(drift, values=best, share=share, squares=least)
 
 
 def _limits(context: Context, fit: Fit, path: str) -> tuple[float, float]:

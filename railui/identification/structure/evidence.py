@@ -152,19 +152,20 @@ def family_wise_test(
     seed
         Seed of the random signs.
     tested
-        Results of which the best is tested; by default all.
+        Results of which the best is tested, by default all; p is 1 where there are none.
 
     Returns
     -------
     tuple of float
         Family-wise p, and the critical score at the significance level.
     """
-    if not results:
+    tested = results if tested is None else tested
+    if not tested:
         return 1.0, float("inf")
     noise = np.array([s.residual_scores for s in results])
     noise /= np.maximum(np.linalg.norm(noise, axis=1, keepdims=True), 1e-300)
     is_one_sided = np.array([s.candidate.is_one_sided for s in results])
-    scores = np.array([s.z if s.candidate.is_one_sided else abs(s.z) for s in (results if tested is None else tested)])
+    scores = np.array([s.z if s.candidate.is_one_sided else abs(s.z) for s in tested])
     rng = np.random.default_rng(np.random.SeedSequence([seed, 11]))
     signs = rng.choice([-1.0, 1.0], size=(settings.bootstrap_draws, noise.shape[1]))
     drawn = signs @ noise.T

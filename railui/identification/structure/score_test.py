@@ -33,9 +33,10 @@ POWER = 1.2816  # normal quantile of 90 % power
 
 @dataclass(frozen=True, eq=False)
 class ScoreTestResult:
-    """Score results of all shapes, the best of each candidate in descending order, family-wise p, critical score.
+    """Score results of all shapes, family-wise p, critical score.
 
-    rss: residual sum of squares that was tested. settings: those of the test.
+    best: that of each candidate in descending order; behind all others those that are extrapolated from a part of the
+    runs. rss: residual sum of squares that was tested. settings: those of the test.
     """
 
     results: tuple[ScoreResult, ...]
@@ -48,7 +49,7 @@ class ScoreTestResult:
     @property
     def rho2(self) -> float:
         """Share of the squared residual that the best candidate explains."""
-        return max((signed_rho(s) ** 2 for s in self.best), default=0.0)
+        return signed_rho(self.best[0]) ** 2 if self.best else 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ from railui.identification.structure.equivalent_inputs import ForceLocation, loc
 from railui.identification.unmodelled.evidence import (
     NO_EVIDENCE,
     LocationEvidence,
+    evidence_of_blocks,
     evidence_of_fits,
     evidence_of_forces,
     evidence_of_validations,
@@ -132,7 +133,7 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     if coupling is not None and coupling.share >= max(settings.reliable_share, curve.share):
         progress.message(f"  a coupling of {coupling.text} explains {coupling.share:.2f}")
         at, wheelset = coupling.at, coupling.wheelset
-        evidence = LocationEvidence(coupling.share, 0.0)
+        evidence = evidence_of_blocks(coupling.before, coupling.after, _expected_misfit(fit))
     else:
         coupling = None
     share = curve.share if origin is None else max(curve.share, origin.share)
@@ -234,9 +235,15 @@ def find_variation_along_track(context: Context, fit: Fit) -> Discrepancy | None
 
 
 def _drift_evidence(fit: Fit, drift: Drift) -> LocationEvidence:
-    """Share of the residual beyond noise that a drift explains; chance is subtracted in the share already."""
-    excess = 1.0 - min(fit.normal.samples / max(fit.normal.rss, 1e-300), 1.0)
-    return LocationEvidence(min(drift.share / excess, 1.0), 0.0) if excess > 0 else NO_EVIDENCE
+    """Share of the residual beyond noise that a drift explains beyond chance."""
+    before = fit.normal.gram[:, :, 0, 0].sum(axis=1)
+    by_chance = drift.chance_share * fit.normal.rss / len(before)
+    return evidence_of_blocks(before, drift.squares + by_chance, _expected_misfit(fit))
+
+
+def _expected_misfit(fit: Fit) -> float:
+    """Misfit that noise alone would leave: with the weights, it has a variance of one."""
+    return min(float(fit.normal.samples), fit.normal.rss)
 
 
 def find_run_dependence(

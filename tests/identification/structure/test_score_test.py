@@ -12,7 +12,7 @@ from railui.campaign.settings.detection import RefitSettings, ScoreTestSettings
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.problem import truncate
-from railui.identification.structure.candidate_scores import has_structure, score_test
+from railui.identification.structure.candidate_scores import has_structure, score_test, scored_part
 from railui.identification.structure.candidates import Candidate, batch_candidates, list_candidates
 from railui.identification.structure.evidence import ScoreResult, family_wise_test, signed_rho
 from railui.identification.structure.refit import select_candidates
@@ -284,3 +284,18 @@ def test_a_residual_of_which_a_candidate_explains_a_fifth_needs_no_test():
     assert has_structure(SETTINGS, result(1.01 * structured, 0.005)) and not has_structure(
         SETTINGS, result(0.99 * structured, 0.005)
     )
+
+
+def test_candidates_that_were_scored_on_the_whole_part_rank_before_all_others():
+    context, fit = simulated_campaign().context, calibrated()
+    part = scored_part(context, fit)
+    first = truncate(context, part.segments, context.settings.score_test.preselection_duration)
+    found = score_test(context, part, library(), first=first)
+    again = score_test(context, part, [s.candidate for s in found.best[: SETTINGS.preselected_candidates]])
+    assert [s.rho for s in found.best[:12]] == pytest.approx([s.rho for s in again.best[:12]], rel=1e-3)
+    assert found.rho2 == pytest.approx(again.rho2, rel=1e-3)
+
+
+def test_nothing_tested_is_no_evidence():
+    rng = np.random.default_rng(1)
+    assert family_wise_test(noise_results(rng, TWO_SIDED), SETTINGS, 0, ())[0] == 1.0

@@ -52,8 +52,8 @@ def test_sensor_noise_does_not_count_where_the_misfit_is_halved(context: Context
 def test_such_a_gain_has_to_exceed_three_standard_errors(context: Context) -> None:
     old, new = made(100.0, 0.17), made(20.0, 0.16)
     gain, _ = old.validation.error_reduction(new.validation)
-    # blocks that alternate by c of the new error: standard error c (0.16/0.17)^2 / sqrt(20)
-    limit = gain / 3.0 * np.sqrt(BLOCKS) * (0.17 / 0.16) ** 2
+    # blocks that alternate by c of the new error: standard error c (0.16/0.17)^2 / sqrt(20 - 1)
+    limit = gain / 3.0 * np.sqrt(BLOCKS - 1) * (0.17 / 0.16) ** 2
     assert gains(context, old, made(20.0, 0.16, scatter=0.98 * limit))
     assert not gains(context, old, made(20.0, 0.16, scatter=1.02 * limit))
 

@@ -15,7 +15,7 @@ def test_the_share_is_that_of_the_residual_beyond_noise():
     before, after = np.array([4.0, 6.0, 5.0]), np.array([3.0, 3.5, 2.5])
     share, error = evidence_of_blocks(before, after, noise=3.0)
     assert share == pytest.approx(6.0 / 12.0)
-    assert error == pytest.approx(np.linalg.norm((before - after) - 0.5 * (before - 1.0)) / 12.0)
+    assert error == pytest.approx(np.sqrt(3 / 2) * np.linalg.norm((before - after) - 0.5 * (before - 1.0)) / 12.0)
 
 
 def test_a_residual_at_the_noise_level_is_no_evidence():
