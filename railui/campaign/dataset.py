@@ -14,6 +14,7 @@ from railui.campaign.corrections.apply import corrected_run
 from railui.campaign.noise.estimate import estimate_noise_model
 from railui.campaign.prescribed_motion import with_motion_bandwidth
 from railui.campaign.segment import Segment
+from railui.campaign.sensor_drift import with_drift_removed
 from railui.campaign.settings.estimation import ValidationSettings
 from railui.io.problems import file_problem
 from railui.runs import columns as known
@@ -151,5 +152,7 @@ def read_dataset(campaign: Campaign) -> Dataset:
         segments, campaign.noise, geometry, campaign.band, campaign.noise_band, campaign.settings.noise
     )
     rig_input = campaign.design.rig_input if campaign.design.kind == "rig" else None
-    smooth = with_motion_bandwidth(segments, rig_input, campaign.settings.noise)
-    return Dataset(campaign, tuple(runs), smooth, noise)
+    used = with_motion_bandwidth(segments, rig_input, campaign.settings.noise)
+    if campaign.band is None:
+        used = with_drift_removed(used, campaign.settings.noise)
+    return Dataset(campaign, tuple(runs), used, noise)

@@ -57,6 +57,8 @@ class Segment:
         Load state of the vehicle; None: that of its design.
     motion_bandwidth
         Edge [Hz] of the low-pass of prescribed motions of a rig, by column, where noise would distort their speed.
+    drift_limit
+        Edge [Hz] of the high-pass of a free decay whose sensors drift; 0: none.
     """
 
     file: str
@@ -73,6 +75,7 @@ class Segment:
     unknown_lead: float = 0.0
     load: str | None = None
     motion_bandwidth: Mapping[str, float] = field(default_factory=dict)
+    drift_limit: float = 0.0
 
     @property
     def samples(self) -> int:

@@ -21,7 +21,7 @@ from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_loop
 from tests.truth.campaign import pink
 from tests.truth.effects import effect
-from tests.truth.rig import Bench, write
+from tests.truth.rig import Bench, Rig, respond, write
 
 FRICTION = effect("dry_friction", "rig", force=40.0, slip_speed=0.01)
 SLOW = ("bump_stop", "maxwell_damper", "free_play", "hysteresis")  # excluded to keep the tests fast
@@ -77,6 +77,27 @@ def test_coloured_noise_of_a_free_decay_is_no_discrepancy(tmp_path: Path):
     result = close_loop(read_dataset(load_campaign(tmp_path)), without=SLOW, jobs=1)
     assert result.validations["after"].nrmse > 1.5 * result.noise_floor.nrmse
     assert (result.verdict, result.discrepancy) == ("none", None)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_drift_of_the_sensor_of_a_free_decay_is_no_law(tmp_path: Path, friction: float):
+    """A drift of 5 % of the first amplitude resembles the shift of an asymmetric spring."""
+    rig = Rig(m=2.5, k=900.0, c=0.9)
+    law = effect("dry_friction", "rig", force=friction, slip_speed=0.005)
+    for i, (name, start, seconds) in enumerate((("a", 0.03, 12.0), ("b", -0.022, 10.0), ("c", 0.026, 9.0))):
+        t = np.arange(round(200.0 * seconds)) * 0.005
+        z = respond(rig, t, None, [law] if friction else [], (start, 0.0), lively=abs(start))["z"]
+        z = z + 0.05 * abs(start) * t / seconds + np.random.default_rng(i).normal(0.0, 4e-5, len(t))
+        rows = [f"{x:.3f},{y:.7g}" for x, y in zip(t, z, strict=True)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t [s],z [m]", *rows]) + "\n")
+    (tmp_path / "vehicle.yaml").write_text("name: decay\nvehicle: {rig: {mass: 2.5, stiffness: 800, damping: 1.5}}\n")
+    roles = ("adjust", "validate", "validate")
+    runs = ", ".join(f"{{file: {name}.csv, role: {role}}}" for name, role in zip("abc", roles, strict=True))
+    (tmp_path / "campaign.yaml").write_text(f"vehicle: vehicle.yaml\nruns: [{runs}]\n")
+    data, _ = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
+    assert data["verdict"] == ("effect" if friction else "none") and data["unexplained"] < 1.3
+    assert [e["kind"] for e in data["effects"]] == (["dry_friction"] if friction else [])
+    assert any("sensors drift" in note for note in data["notes"])
 
 
 def test_a_small_effect_under_coloured_noise_is_no_discrepancy(tmp_path: Path):
