@@ -98,6 +98,23 @@ def test_a_duffing_oscillator_swept_through_resonance_is_found(tmp_path: Path):
     assert result.validations["after"].nrmse < 1.2 * result.noise_floor.nrmse
 
 
+@pytest.mark.parametrize("first", [8, 12, 28, 44])
+def test_the_start_of_a_strongly_nonlinear_decay_follows_from_its_acceleration(tmp_path: Path, first: int):
+    """Where the spring is five times as stiff as at rest, no harmonic motion relates acceleration and displacement."""
+    true, law = Rig(m=4.0, k=1600.0, c=1.2), effect("cubic_stiffness", "rig", stiffness=2e6)
+    t = np.arange(1800) * 0.005
+    motion = respond(true, t, None, [law], (-0.0588, 0.0), lively=0.0588)
+    columns = {"t": t[: len(t) - first], "az": motion["az"][first:] + 0.12}
+    for name in "ab":
+        write_run(tmp_path / f"run_{name}.csv.gz", columns, {"t": "s", "az": "m/s^2"}, time="%.7g")
+    (tmp_path / "rig.yaml").write_text(true.text())
+    (tmp_path / "campaign.yaml").write_text(campaign_text("decay", "rig.yaml", {"az": "0.03"}))
+    context = create_context(read_dataset(load_campaign(tmp_path)), jobs=1)
+    model = context.nominal.with_effect(PlacedEffect("cubic_stiffness", "rig", None, {"stiffness": 2e6}))
+    start = estimate_initial_state(context, model, context.dataset.estimation[0])
+    assert start[:2] == pytest.approx([motion["z"][first], motion["vz"][first]], abs=2e-3)
+
+
 FRICTION = effect("dry_friction", "rig", force=0.15, slip_speed=0.02)
 DRAG = effect("quadratic_damper", "rig", damping=0.05)
 
