@@ -59,6 +59,8 @@ class Segment:
         Edge [Hz] of the low-pass of prescribed motions of a rig, by column, where noise would distort their speed.
     drift_limit
         Edge [Hz] of the high-pass of a free decay whose sensors drift; 0: none.
+    least_steps
+        Integration steps per sample, at least.
     """
 
     file: str
@@ -76,6 +78,7 @@ class Segment:
     load: str | None = None
     motion_bandwidth: Mapping[str, float] = field(default_factory=dict)
     drift_limit: float = 0.0
+    least_steps: int = 1
 
     @property
     def samples(self) -> int:

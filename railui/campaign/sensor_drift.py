@@ -12,12 +12,12 @@ from dataclasses import replace
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.campaign.free_decay import is_free_decay, motion_frequency
 from railui.campaign.segment import Segment
 from railui.campaign.settings.noise import NoiseSettings
-from railui.dsp.spectra import hann, periodogram
+from railui.dsp.spectra import hann
 
 AVERAGED_PERIODS = 3  # of the motion in a Hann-weighted mean, which removes it
-MIN_PERIODS = 10  # of the motion in a record
 DRIFT_BAND_SHARE = 0.2  # of the frequency of the motion, up to which a drift is removed
 
 
@@ -32,19 +32,6 @@ def with_drift_removed(segments: Sequence[Segment], settings: NoiseSettings) -> 
         return tuple(segments)
     limit = min(limits.values())
     return tuple(replace(s, drift_limit=limit) if i in limits else s for i, s in enumerate(segments))
-
-
-def is_free_decay(segment: Segment) -> bool:
-    """True for a record of a rig without input that lasts some periods."""
-    is_free = segment.kind == "rig" and not np.any(segment.columns.get("u", 0.0))
-    return is_free and motion_frequency(segment) * segment.samples * segment.dt >= MIN_PERIODS
-
-
-def motion_frequency(segment: Segment) -> float:
-    """Frequency [Hz] at which the first channel has most power."""
-    x = segment.columns[segment.channels[0]]
-    f, density = periodogram((x - x.mean()) * hann(len(x)), 1.0 / segment.dt)
-    return float(f[int(np.argmax(density))])
 
 
 def drift_share(segment: Segment, channel: str) -> float:

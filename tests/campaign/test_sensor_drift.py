@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from railui.campaign.free_decay import is_free_decay, motion_frequency
 from railui.campaign.segment import Segment
-from railui.campaign.sensor_drift import drift_share, is_free_decay, motion_frequency, with_drift_removed
+from railui.campaign.sensor_drift import drift_share, with_drift_removed
 from railui.campaign.settings.noise import NoiseSettings
 from tests.truth.laws import Array
 
