@@ -74,8 +74,11 @@ def segment_filter(campaign: Campaign, segment: Segment) -> FloatArray:
     """Design the comparison filter of a segment as sections [section, 6].
 
     The mean of the force on a component is part of its law (the preload), and of a motion that is prescribed nothing
-    drifts: without a band all of it is compared.
+    drifts: without a band all of it is compared. A free decay whose sensors drift is compared above the drift, but for
+    windows of multiple shooting, which are too short for it.
     """
+    if campaign.band is None and segment.drift_limit and segment.window_of is None:
+        return band_pass((segment.drift_limit, np.inf), 1.0 / segment.dt)
     return band_pass(campaign.band, 1.0 / segment.dt, keeps_mean=segment.kind == "bench")
 
 

@@ -11,8 +11,11 @@ import numpy as np
 
 from railui.campaign.campaign import Campaign
 from railui.campaign.corrections.apply import corrected_run
+from railui.campaign.free_decay import with_phase_steps
 from railui.campaign.noise.estimate import estimate_noise_model
+from railui.campaign.prescribed_motion import with_motion_bandwidth
 from railui.campaign.segment import Segment
+from railui.campaign.sensor_drift import with_drift_removed
 from railui.campaign.settings.estimation import ValidationSettings
 from railui.io.problems import file_problem
 from railui.runs import columns as known
@@ -149,4 +152,8 @@ def read_dataset(campaign: Campaign) -> Dataset:
     noise = estimate_noise_model(
         segments, campaign.noise, geometry, campaign.band, campaign.noise_band, campaign.settings.noise
     )
-    return Dataset(campaign, tuple(runs), tuple(segments), noise)
+    rig_input = campaign.design.rig_input if campaign.design.kind == "rig" else None
+    used = with_phase_steps(with_motion_bandwidth(segments, rig_input, campaign.settings.noise))
+    if campaign.band is None:
+        used = with_drift_removed(used, campaign.settings.noise)
+    return Dataset(campaign, tuple(runs), used, noise)

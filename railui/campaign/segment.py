@@ -11,11 +11,13 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.core import Spline
+from railui.dsp.filters import butterworth, sosfiltfilt
 from railui.runs import columns as known
 from railui.track import Wheelbase, add_track, band_limited_noise, run_table
 
 COACH_FORCES = known.column_names("bogie", "coach")
 TRACK_COLUMNS = known.column_names("bogie", "track")
+MOTION_FILTER_ORDER = 4  # of the low-pass of a noisy prescribed motion, forwards and backwards
 MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one
 
 
@@ -53,6 +55,12 @@ class Segment:
         Distance [m] behind the leading wheelset over which the track is not known at the start of the run.
     load
         Load state of the vehicle; None: that of its design.
+    motion_bandwidth
+        Edge [Hz] of the low-pass of prescribed motions of a rig, by column, where noise would distort their speed.
+    drift_limit
+        Edge [Hz] of the high-pass of a free decay whose sensors drift; 0: none.
+    least_steps
+        Integration steps per sample, at least.
     """
 
     file: str
@@ -68,6 +76,9 @@ class Segment:
     run_index: int = 0
     unknown_lead: float = 0.0
     load: str | None = None
+    motion_bandwidth: Mapping[str, float] = field(default_factory=dict)
+    drift_limit: float = 0.0
+    least_steps: int = 1
 
     @property
     def samples(self) -> int:
@@ -189,7 +200,7 @@ class Segment:
 
     def _input_table(self, c: Mapping[str, FloatArray], half_wheelbase: Wheelbase, steps: int) -> FloatArray:
         if self.is_rig:
-            return _rig_table(c, self.dt, steps)
+            return _rig_table(self._without_motion_noise(c), self.dt, steps)
         return run_table(c, half_wheelbase, steps)[0]
 
     def noisy_table(
@@ -218,7 +229,15 @@ class Segment:
         if not inputs:
             return self.table(half_wheelbase, steps)
         noisy = {c: self.columns[c] + noise[c] * rng.standard_normal(self.samples) for c in inputs}
-        return _rig_table({**self.columns, **noisy}, self.dt, steps)
+        return _rig_table(self._without_motion_noise({**self.columns, **noisy}), self.dt, steps)
+
+    def _without_motion_noise(self, columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
+        """Return the columns of a rig, its noisy prescribed motions below their low-pass."""
+        smooth = {
+            c: sosfiltfilt(butterworth(MOTION_FILTER_ORDER, [limit], 1.0 / self.dt), columns[c])
+            for c, limit in self.motion_bandwidth.items()
+        }
+        return {**columns, **smooth}
 
     def measured(self, channels: Sequence[str]) -> FloatArray:
         """Measured channels [channel, n]."""

@@ -139,15 +139,16 @@ def required_steps(model: Model, segment: Segment) -> int:
     """
     batch = model.on_segment(*segment.segment_key).single_batch()
     try:
-        return model.vehicles(segment.coach_forces).required_steps(batch, *segment.speeds, segment.dt)[0]
+        steps = model.vehicles(segment.coach_forces).required_steps(batch, *segment.speeds, segment.dt)[0]
     except ValueError as error:
         raise SimulationError(f"{segment.file}: {error}") from error
+    return max(steps, segment.least_steps)
 
 
 def required_steps_each(vehicles: Vehicles, batch: Batch, segment: Segment) -> NDArray[np.int64]:
     """Number of RK4 steps per sample that each vehicle of a batch needs; -1 where too many."""
     try:
-        return np.array(vehicles.required_steps(batch, *segment.speeds, segment.dt))
+        return np.maximum(vehicles.required_steps(batch, *segment.speeds, segment.dt), segment.least_steps)
     except ValueError:
         if len(batch) == 1:
             return np.array([-1])

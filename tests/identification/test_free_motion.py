@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import adapt_to_model
 from railui.identification.estimation.validation import validate
 from railui.identification.loop import LoopResult, close_loop
+from railui.identification.prediction import Predictor
 from railui.report.loop.data import loop_report
 from railui.vehicle.effects import PlacedEffect
 from tests.truth.effects import Effect, effect
@@ -96,6 +98,45 @@ def test_a_duffing_oscillator_swept_through_resonance_is_found(tmp_path: Path):
     assert kinds(result) == ["cubic_stiffness"]
     assert value(result, "cubic_stiffness", "stiffness") == pytest.approx(4000.0, rel=0.02)
     assert result.validations["after"].nrmse < 1.2 * result.noise_floor.nrmse
+
+
+@pytest.mark.parametrize("first", [8, 12, 28, 44])
+def test_the_start_of_a_strongly_nonlinear_decay_follows_from_its_acceleration(tmp_path: Path, first: int):
+    """Where the spring is five times as stiff as at rest, no harmonic motion relates acceleration and displacement."""
+    true, law = Rig(m=4.0, k=1600.0, c=1.2), effect("cubic_stiffness", "rig", stiffness=2e6)
+    t = np.arange(1800) * 0.005
+    motion = respond(true, t, None, [law], (-0.0588, 0.0), lively=0.0588)
+    columns = {"t": t[: len(t) - first], "az": motion["az"][first:] + 0.12}
+    for name in "ab":
+        write_run(tmp_path / f"run_{name}.csv.gz", columns, {"t": "s", "az": "m/s^2"}, time="%.7g")
+    (tmp_path / "rig.yaml").write_text(true.text())
+    (tmp_path / "campaign.yaml").write_text(campaign_text("decay", "rig.yaml", {"az": "0.03"}))
+    context = create_context(read_dataset(load_campaign(tmp_path)), jobs=1)
+    model = context.nominal.with_effect(PlacedEffect("cubic_stiffness", "rig", None, {"stiffness": 2e6}))
+    start = estimate_initial_state(context, model, context.dataset.estimation[0])
+    assert start[0] == pytest.approx(motion["z"][first], abs=1e-3)
+    assert start[1] == pytest.approx(motion["vz"][first], abs=0.02)
+
+
+def test_a_stiffening_decay_with_few_samples_per_period_keeps_its_phase(tmp_path: Path):
+    t = np.arange(2800) * 0.005
+    z = solve_ivp(
+        lambda _, x: [x[1], -(1600.0 * x[0] + 1.2 * x[1] + 2e6 * x[0] ** 3) / 4.0],
+        (0.0, t[-1]),
+        [0.07, 0.0],
+        t_eval=t,
+        rtol=1e-9,
+        atol=1e-11,
+    ).y[0]
+    data = campaign(tmp_path, Rig(m=4.0, k=1600.0, c=1.2), {n: {"t": t, "z": z} for n in "ab"}, 2e-5)
+    context = create_context(data, jobs=1)
+    model = context.nominal.with_effect(PlacedEffect("cubic_stiffness", "rig", None, {"stiffness": 2e6}))
+    segment, start = data.validation[0], np.array([0.07, 0.0])
+    errors = [
+        float((Predictor(model, s, initial_state=start).simulate().series[0, 0] - z).std() / z.std())
+        for s in (replace(segment, least_steps=1), segment)
+    ]
+    assert errors[1] < 0.1 * errors[0] and errors[1] < 0.01
 
 
 FRICTION = effect("dry_friction", "rig", force=0.15, slip_speed=0.02)

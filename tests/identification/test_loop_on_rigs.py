@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from railui import core
 from railui.campaign.campaign import load_campaign
@@ -21,7 +23,7 @@ from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_loop
 from tests.truth.campaign import pink
 from tests.truth.effects import effect
-from tests.truth.rig import Bench, write
+from tests.truth.rig import Bench, Rig, respond, write
 
 FRICTION = effect("dry_friction", "rig", force=40.0, slip_speed=0.01)
 SLOW = ("bump_stop", "maxwell_damper", "free_play", "hysteresis")  # excluded to keep the tests fast
@@ -77,6 +79,70 @@ def test_coloured_noise_of_a_free_decay_is_no_discrepancy(tmp_path: Path):
     result = close_loop(read_dataset(load_campaign(tmp_path)), without=SLOW, jobs=1)
     assert result.validations["after"].nrmse > 1.5 * result.noise_floor.nrmse
     assert (result.verdict, result.discrepancy) == ("none", None)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4])
+def test_drift_of_the_sensor_of_a_free_decay_is_no_law(tmp_path: Path, friction: float):
+    """A drift of 5 % of the first amplitude resembles the shift of an asymmetric spring."""
+    rig = Rig(m=2.5, k=900.0, c=0.9)
+    law = effect("dry_friction", "rig", force=friction, slip_speed=0.005)
+    for i, (name, start, seconds) in enumerate((("a", 0.03, 12.0), ("b", -0.022, 10.0), ("c", 0.026, 9.0))):
+        t = np.arange(round(200.0 * seconds)) * 0.005
+        z = respond(rig, t, None, [law] if friction else [], (start, 0.0), lively=abs(start))["z"]
+        z = z + 0.05 * abs(start) * t / seconds + np.random.default_rng(i).normal(0.0, 4e-5, len(t))
+        rows = [f"{x:.3f},{y:.7g}" for x, y in zip(t, z, strict=True)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t [s],z [m]", *rows]) + "\n")
+    (tmp_path / "vehicle.yaml").write_text("name: decay\nvehicle: {rig: {mass: 2.5, stiffness: 800, damping: 1.5}}\n")
+    roles = ("adjust", "validate", "validate")
+    runs = ", ".join(f"{{file: {name}.csv, role: {role}}}" for name, role in zip("abc", roles, strict=True))
+    (tmp_path / "campaign.yaml").write_text(f"vehicle: vehicle.yaml\nruns: [{runs}]\n")
+    data, _ = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
+    assert data["verdict"] == ("effect" if friction else "none") and data["unexplained"] < 1.3
+    assert [e["kind"] for e in data["effects"]] == (["dry_friction"] if friction else [])
+    assert any("sensors drift" in note for note in data["notes"])
+
+
+def test_a_second_mode_of_a_free_decay_is_no_noise(tmp_path: Path):
+    """Two modes, which no law of the library on one mass can follow."""
+    for name, first, second, seconds in (("a", 0.01, 0.004, 9.0), ("b", -0.006, 0.008, 8.0)):
+        t = np.arange(round(200.0 * seconds)) * 0.005
+        z = first * np.exp(-0.2 * t) * np.cos(14.0 * t) + second * np.exp(-0.4 * t) * np.cos(33.0 * t)
+        z = z + np.random.default_rng(len(name)).normal(0.0, 2e-5, len(t))
+        rows = [f"{x:.3f},{y:.7g}" for x, y in zip(t, z, strict=True)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t [s],z [m]", *rows]) + "\n")
+    (tmp_path / "vehicle.yaml").write_text("name: decay\nvehicle: {rig: {mass: 2, stiffness: 420, damping: 1}}\n")
+    (tmp_path / "campaign.yaml").write_text(
+        "vehicle: vehicle.yaml\nruns: [{file: a.csv, role: adjust}, {file: b.csv, role: validate}]\n"
+    )
+    data, _ = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
+    assert data["verdict"] == "outside" and "noise is larger" not in data["sentence"]
+    assert not data["effects"]
+
+
+def test_a_stiffness_that_varies_in_time_is_no_noise(tmp_path: Path):
+    """Its response is coherent with no input, but about the resonance."""
+    rng = np.random.default_rng(14)
+    for name, seconds in (("a", 16.0), ("b", 13.0)):
+        t = np.arange(round(250.0 * seconds)) * 0.004
+        f, phase = np.geomspace(0.4, 10.0, 40) * rng.uniform(0.98, 1.02, 40), rng.uniform(0.0, 2.0 * np.pi, 40)
+        force = CubicSpline(t, 5.6 * np.cos(2.0 * np.pi * f * t[:, None] + phase).sum(axis=1))
+        z = solve_ivp(
+            lambda s, x, u=force: [x[1], (u(s) - 3000.0 * (1.0 + 0.15 * np.cos(8.2 * s)) * x[0] - 25.0 * x[1]) / 8.0],
+            (0.0, t[-1]),
+            [0.0, 0.0],
+            t_eval=t,
+            rtol=1e-7,
+            atol=1e-10,
+        ).y[0]
+        z = z + np.random.default_rng(1).normal(0.0, 2e-5, len(t))
+        rows = [f"{x:.3f},{u:.7g},{y:.7g}" for x, u, y in zip(t, force(t), z, strict=True)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t [s],u [N],z [m]", *rows]) + "\n")
+    (tmp_path / "vehicle.yaml").write_text("name: rig\nvehicle: {rig: {mass: 8, stiffness: 2600, damping: 35}}\n")
+    (tmp_path / "campaign.yaml").write_text(
+        "vehicle: vehicle.yaml\nruns: [{file: a.csv, role: adjust}, {file: b.csv, role: validate}]\n"
+    )
+    data, _ = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
+    assert data["verdict"] == "outside" and not data["effects"]
 
 
 def test_a_small_effect_under_coloured_noise_is_no_discrepancy(tmp_path: Path):

@@ -69,3 +69,21 @@ class NoiseSettings:
         maximum=1.0,
         meaning="Share of the variance in the band below which a coloured part of a noise is left out.",
     )
+    max_speed_noise_share: float = setting(
+        0.01,
+        maximum=1.0,
+        meaning="Noise of the speed of a rig's prescribed motion over that speed from which the motion is smoothed.",
+        provenance="trial: at most 0.002 in the records of the bundled damper; 4 um of noise at 500 samples/s make 0.1",
+    )
+    motion_noise_ratio: float = setting(
+        10.0,
+        minimum=1.0,
+        meaning="Power of a prescribed motion over that of its noise, up to the last frequency of which it reaches.",
+        provenance="derived: the mean of five lines of white noise exceeds it with a probability of 1e-17",
+    )
+    max_drift_share: float = setting(
+        0.005,
+        maximum=1.0,
+        meaning="Slow part of a channel in a free decay over the channel from which its sensor drifts.",
+        provenance="trial: at most 0.0033 in the swings of a measured pendulum, 0.01 to 0.02 with 5 % of drift",
+    )

@@ -29,6 +29,8 @@ SAMPLES_PER_STATE = 8  # at least
 RIG_ITERATIONS = 10  # of Gauss-Newton, for a rig
 PART_SHARES = (0.1, 0.3, 1.0)  # of the first seconds, on which a state far from linear is estimated in turn
 START_FACTORS = (1.0, 0.7, 0.5, 1.4, 2.0)  # of a harmonic motion: a nonlinear spring is no linear one
+GRID_STEPS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # of a start, in the usual motion of a linear rig
+GRID_STARTS = 3  # of the grid that are iterated
 HUNTING_ITERATIONS = 5  # of Gauss-Newton on each
 NONLINEAR_ITERATIONS = 5  # of Gauss-Newton with the laws of a vehicle's suspension, on each
 SUFFICIENT_GAIN = 1e-2  # relative gain of the misfit below which they end
@@ -163,7 +165,31 @@ class _InitialStateProblem:
             return self._iterate(state, RIG_ITERATIONS)
         first = self._part(PART_SHARES[0])
         state = min((factor * state for factor in START_FACTORS), key=first.misfit_share)
-        return self._solve_by_parts(state, RIG_ITERATIONS)
+        state = self._solve_by_parts(state, RIG_ITERATIONS)
+        follows = self.misfit_share(state) <= self.context.settings.windows.followed_misfit
+        if follows or self.segment.window_of is not None:
+            return state
+        others = [self._solve_by_parts(start, RIG_ITERATIONS) for start in first.best_starts()]
+        return min((state, *others), key=self.misfit_share)
+
+    def best_starts(self) -> FloatArray:
+        """Select the states [n, state] with the least misfit from a grid of displacements and rates of a rig.
+
+        Under a strongly nonlinear law neither follows from the acceleration as in a harmonic motion.
+        """
+        steps = np.array([0.0, *GRID_STEPS, *(-x for x in GRID_STEPS)])
+        starts = np.zeros((len(steps) ** 2, self.states))
+        rate = 2.0 * np.pi / dominant_period(self.segment)
+        starts[:, 0] = self.scale[0] * np.repeat(steps, len(steps))
+        starts[:, 1] = self.scale[0] * rate * np.tile(steps, len(steps))
+        batch = self.model.batch(np.tile(self.model.row, (len(starts), 1)))
+        series, diverged = self.predictor.simulate(
+            self.channels, batch=batch.with_initial_states(starts), vehicles=self.vehicles, table=self.table
+        )
+        residual = self.measured - series / self.sd[None, :, None]
+        misfit = np.sum((residual - residual.mean(axis=2, keepdims=True)) ** 2, axis=(1, 2))
+        order = np.argsort(np.where(diverged < 0, misfit, np.inf))
+        return starts[order[:GRID_STARTS]]
 
     def misfit_share(self, state: FloatArray) -> float:
         """Squared residual of a state over the squared signal, both without their means; infinite: diverged."""

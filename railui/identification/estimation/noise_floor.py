@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.campaign.comparison import (
     Comparison,
-    band_pass,
     compared_channels,
     comparison_filter,
     kernel_filter,
     nrmse,
     overall_nrmse,
+    segment_filter,
 )
 from railui.campaign.noise.model import NoiseModel
 from railui.campaign.segment import Segment
@@ -166,7 +166,7 @@ def sensor_noise_error(context: Context, segments: Sequence[Segment]) -> float:
     variance, power = dict[str, float](), dict[str, float]()
     for s in segments:
         names = compared_channels(s)
-        expected = noise.variance(names, band_pass(campaign.band, 1.0 / s.dt), s.dt)
+        expected = noise.variance(names, segment_filter(campaign, s), s.dt)
         measured = np.mean(comparison_filter(campaign, s, s.measured(names)) ** 2, axis=1)
         for c, own, total in zip(names, expected, measured, strict=True):
             variance[c] = variance.get(c, 0.0) + s.samples * float(own)
@@ -184,7 +184,7 @@ def noise_weights(
     channels, noise, campaign = segment.channels, context.noise, context.campaign
     draws = context.settings.validation.noise_weight_draws
     rng = np.random.default_rng(np.random.SeedSequence([WEIGHT_SEED, segment.number, segment.run_index]))
-    variance = noise.variance(channels, band_pass(campaign.band, 1.0 / segment.dt), segment.dt)
+    variance = noise.variance(channels, segment_filter(campaign, segment), segment.dt)
     flat = kernel_filter(campaign, segment, np.ones(len(channels)))
     predictor = Predictor(model, segment, initial_state=initial_state, filter=flat)
     clean, diverged = predictor.simulate()

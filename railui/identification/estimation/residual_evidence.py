@@ -12,6 +12,7 @@ from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.free_decay import share_at_harmonics
 from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
+from railui.identification.estimation.residual_vibration import vibration_share
 from railui.identification.estimation.validation import predict_each
 from railui.vehicle.model import Model
 
@@ -32,7 +33,7 @@ class ResidualEvidence:
         Whether the residuals of different channels are coherent: an unmeasured force, or noise of the track.
     is_noise
         Whether the residual is incoherent although another channel, the input, or the harmonics of a free motion could
-        show otherwise.
+        show otherwise, and on a rig no vibration.
     """
 
     share: float
@@ -56,6 +57,8 @@ def examine_residual(context: Context, model: Model) -> ResidualEvidence:
     if not has_reference:  # a single channel of a rig that swings freely
         lines = share_at_harmonics(predictions)
         has_reference = bool(np.isfinite(lines.share)) and not _is_evident(settings, lines)
+    if all(s.kind == "rig" for s in segments):
+        has_reference = has_reference and not is_vibration(settings, vibration_share(predictions))
     return summarise_coherence(settings, coherence, has_reference=has_reference)
 
 
@@ -64,7 +67,7 @@ def summarise_coherence(
 ) -> ResidualEvidence:
     """Summarise the coherence of all channels.
 
-    has_reference: another channel or an input was measured, or the spectrum is that of noise.
+    has_reference: another channel or an input was measured, and the spectrum is not that of a vibration.
     """
     shares = [(s, name) for name, c in coherence.items() for s in (c.track, c.motions) if np.isfinite(s.share)]
     if not shares:
@@ -73,6 +76,12 @@ def summarise_coherence(
     largest, channel = max(evident or shares, key=lambda item: item[0].share)
     is_shared = any(_is_evident(settings, c.others) for c in coherence.values())
     return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_reference and not evident)
+
+
+def is_vibration(settings: VerdictSettings, share: Share) -> bool:
+    """True where so much of a residual is about one frequency that it is no noise."""
+    errors = settings.coherence_standard_errors
+    return share.share >= settings.min_vibration_share and share.is_significant(errors)
 
 
 def _is_evident(settings: VerdictSettings, s: Share) -> bool:

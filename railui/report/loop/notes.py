@@ -14,6 +14,7 @@ from railui.identification.structure.candidate_scores import has_structure
 from railui.identification.unmodelled.discrepancy import is_at_noise_floor
 from railui.report.loop.conditions import condition_notes
 from railui.report.loop.noise import known_noise_text, noise_notes
+from railui.report.loop.rig_notes import rig_notes
 from railui.report.loop.wording import MODEL_LABELS
 
 MAX_NAMED_CHANNELS = 3
@@ -38,6 +39,7 @@ def report_notes(result: LoopResult) -> list[str]:
     return [
         *notes,
         *noise_notes(result.context.noise),
+        *rig_notes(result.dataset),
         *absent_cross_level_notes(result.dataset),
         *track_noise_notes(result),
         *unstructured_residual_notes(result),

@@ -63,6 +63,9 @@ def _outside_text(result: LoopResult) -> str:
     if discrepancy.run_dependence is not None:
         dependence = run_dependence_text(result, discrepancy.run_dependence)
         return f"{text}: {dependence}. Validation error {_error(result, 'after')}; {_noise(result)}."
+    if not discrepancy.lowers_error:
+        error = f"{_error(result, 'after')}, which {_model(discrepancy)} does not lower"
+        return f"{text}. Validation error {error}; {_noise(result)}."
     return f"{text}. Validation error {_errors(result)} with {_model(discrepancy)}; {_noise(result)}."
 
 

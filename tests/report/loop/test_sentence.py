@@ -99,13 +99,14 @@ def test_an_effect_with_a_remainder_has_its_share_and_what_is_left() -> None:
     assert text.endswith("The remainder (0.058 % of the error beyond noise) resembles quadratic damper in the rig.")
 
 
-def discrepancy(at: str, wheelset: int | None, *, located: bool) -> Any:
+def discrepancy(at: str, wheelset: int | None, *, located: bool, lowers_error: bool = True) -> Any:
     return SimpleNamespace(
         at=at,
         wheelset=wheelset,
         run_dependence=None,
         coupling=None,
         drift=None,
+        lowers_error=lowers_error,
         is_located=lambda settings: located,
     )
 
@@ -126,6 +127,13 @@ def test_a_discrepancy_is_localised_without_naming_an_effect() -> None:
     assert sentence(result("outside", discrepancy=discrepancy("contact", 2, located=True))) == (
         "Discrepancy that no effect of the catalogue explains, acting at the wheel-rail contact of wheelset 2. "
         "Validation error 0.351 -> 0.054 with the identified force curve; expected from noise alone 0.053."
+    )
+
+
+def test_a_force_curve_that_does_not_lower_the_error_is_no_explanation() -> None:
+    text = sentence(result("outside", discrepancy=discrepancy("rig", None, located=True, lowers_error=False)))
+    assert text.endswith(
+        "Validation error 0.054, which the identified force curve does not lower; expected from noise alone 0.053."
     )
 
 

@@ -1,0 +1,46 @@
+"""Vibration in a residual: a second mode or a modulated resonance, unlike noise of any smooth spectrum."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from railui.arrays import FloatArray
+from railui.campaign.comparison import Comparison
+from railui.campaign.settings.verdict import VerdictSettings
+from railui.core import sosfilt
+from railui.dsp.filters import butterworth
+from railui.identification.estimation.residual_evidence import is_vibration
+from railui.identification.estimation.residual_vibration import vibration_share
+from railui.identification.prediction import Prediction
+from tests.truth.campaign import pink
+
+SETTINGS = VerdictSettings()
+DT = 0.005
+T = np.arange(2000) * DT
+
+
+def prediction(residual: FloatArray) -> Prediction:
+    comparison = Comparison(("z",), residual[None], np.zeros((1, len(residual))), DT)
+    return Prediction(cast(Any, None), comparison.simulated, comparison, None)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_white_and_coloured_noise_and_drift_are_no_vibration(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    white, walk = rng.standard_normal(len(T)), np.cumsum(rng.standard_normal(len(T)))
+    low_pass = sosfilt(butterworth(2, [8.0], 1.0 / DT), white[None], np.zeros((1, 1, 2)))[0]
+    for residual in (white, pink(len(T), rng), walk, low_pass, white + 5.0 * T):
+        assert not is_vibration(SETTINGS, vibration_share([prediction(residual)]))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_second_mode_and_a_resonance_are_vibrations(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    noise = 0.02 * rng.standard_normal(len(T))
+    mode = np.exp(-0.2 * T) * np.cos(2.0 * np.pi * 5.0 * T)
+    resonance = sosfilt(butterworth(1, [2.8, 3.2], 1.0 / DT), rng.standard_normal((1, len(T))), np.zeros((1, 1, 2)))[0]
+    for residual in (mode, resonance / resonance.std()):
+        assert is_vibration(SETTINGS, vibration_share([prediction(residual + noise)]))
