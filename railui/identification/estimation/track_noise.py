@@ -39,7 +39,8 @@ def with_track_noise(
     Returns
     -------
     tuple or None
-        None where the level would lie outside the uncertainty of the known one, or a channel had a larger error still.
+        None where the level would lie outside the uncertainty of the known one, or the errors of the channels are not in
+        the proportions that noise of the track leaves.
     """
     noise, limit = context.noise, _largest_factor(context)
     if not any(noise.get(c, 0.0) > 0.0 for c in TRACK_COLUMNS):
@@ -56,8 +57,17 @@ def with_track_noise(
         return None
     found = _with(context, _scaled(context, noise, factor))
     floor = estimate_noise_floor(found, model, context.dataset.selection)
-    ratio = max(validation.channels[c] / floor.channels[c] for c in floor.channels)
-    return (found, floor) if ratio <= context.settings.selection.unexplained_ratio else None
+    return (found, floor) if _has_proportions(context, validation, floor) else None
+
+
+def _has_proportions(context: Context, validation: Validation, floor: NoiseFloor) -> bool:
+    """True where no channel has an error far above or far below that of noise.
+
+    Noise of the track moves all channels: one that follows the model better than such noise allows speaks against it.
+    """
+    ratios = np.array([validation.channels[c] / floor.channels[c] for c in floor.channels])
+    limit = context.settings.selection.unexplained_ratio
+    return bool(np.max(ratios) <= limit and np.min(ratios) >= 1.0 / limit)
 
 
 def with_level_of_residual(context: Context, model: Model, validation: Validation, floor: NoiseFloor) -> Context:

@@ -97,3 +97,19 @@ def test_an_error_of_one_channel_alone_is_no_track_noise(residual: tuple[Context
     channels = {**validation.channels, "ayf": 10.0 * validation.channels["ayf"]}
     larger = replace(validation, channels=channels, nrmse=float(np.sqrt(np.mean(np.square(list(channels.values()))))))
     assert level_found(context, larger) is None
+
+
+def test_a_channel_with_less_error_than_such_noise_leaves_speaks_against_it(
+    residual: tuple[Context, Validation],
+) -> None:
+    context, validation = residual
+    context = with_levels(context, 0.5, np.log(2.0))
+    assert level_found(context, validation) is not None
+    channels = dict(validation.channels)
+    small = min(channels, key=lambda c: channels[c])
+    channels[small] *= 0.5
+    rest = validation.nrmse**2 * len(channels) - channels[small] ** 2
+    other = max(channels, key=lambda c: channels[c])
+    others = sum(e**2 for c, e in channels.items() if c not in (small, other))
+    channels[other] = float(np.sqrt(rest - others))  # the same error in all
+    assert level_found(context, replace(validation, channels=channels)) is None
