@@ -294,7 +294,7 @@ def calibrate_only(
         before = with_unbiased_estimates(context, calibrate(context))
     else:
         start = with_stable_start(context, dataset.estimation)
-        before, _ = two_parallel_models(context, start, prepare_segments(context, start, dataset.estimation))
+        before = two_parallel_models(context, start, prepare_segments(context, start, dataset.estimation))
     validations = {
         "declared": validate(context, context.nominal, dataset.validation),
         "before": validate(context, before.model, dataset.validation),
