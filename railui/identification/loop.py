@@ -158,9 +158,10 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         explained=explained,
         remainder=remainder,
         is_adequate=examination.is_adequate,
-        has_discrepancy=discrepancy is not None
-        or freed_members_lower_error(context, selection.freed, selection.validation)
-        or (not examination.is_noise and (is_cut or remainder.structured or remainder.coherent)),
+        is_noise=examination.is_noise,
+        has_discrepancy=discrepancy is not None,
+        has_freed_members=freed_members_lower_error(context, selection.freed, selection.validation),
+        is_out_of_time=is_cut,
         diverges=bool(validations["after"].diverged),
     )
     context.progress.message(
