@@ -140,15 +140,10 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     validation_fit = prepare_validation(context, selection.fit)
     examination = _examine(context, base, selection, validation_fit)
     context, discrepancy, is_cut = examination.context, examination.discrepancy, examination.is_out_of_time
-    runs = context.dataset.validation
     fit = _final_fit(context, base, selection, discrepancy, examination.floor, is_cut=is_cut)
     base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
-    validations = {
-        "declared": validate(context, context.nominal, runs),
-        "before": validate(context, base_fit.model, runs),
-        "after": validate_final(context, fit, discrepancy, runs),
-    }
-    floor = estimate_noise_floor(context, fit.model, runs)
+    validations = _final_validations(context, base_fit, fit, discrepancy)
+    floor = estimate_noise_floor(context, fit.model, context.dataset.validation)
     explained = explained_share(validations["before"], validations["after"], floor)
     scores = selection.final_score_test
     remainder = describe_remainder(context, validations, floor, examination.evidence, scores, discrepancy)
@@ -158,9 +153,10 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         explained=explained,
         remainder=remainder,
         is_adequate=examination.is_adequate,
-        has_discrepancy=discrepancy is not None
-        or freed_members_lower_error(context, selection.freed, selection.validation)
-        or (not examination.is_noise and (is_cut or remainder.structured or remainder.coherent)),
+        is_noise=examination.is_noise,
+        has_discrepancy=discrepancy is not None,
+        has_freed_members=freed_members_lower_error(context, selection.freed, selection.validation),
+        is_out_of_time=is_cut,
         diverges=bool(validations["after"].diverged),
     )
     context.progress.message(
@@ -192,6 +188,20 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         predicted_gains=predicted_gains,
         freed=selection.freed,
     )
+
+
+def _final_validations(
+    context: Context, before: Fit, after: Fit, discrepancy: Discrepancy | None
+) -> dict[str, Validation]:
+    """Validate the nominal model, and those without and with effects, on the whole validation runs."""
+    runs = context.dataset.validation
+    calibrated = validate(context, before.model, runs)
+    is_same = after is before and discrepancy is None
+    return {
+        "declared": validate(context, context.nominal, runs),
+        "before": calibrated,
+        "after": calibrated if is_same else validate_final(context, after, discrepancy, runs),
+    }
 
 
 def _examine(context: Context, base: _Base, selection: Selection, validation_fit: Fit | None) -> _Examination:
@@ -294,12 +304,8 @@ def calibrate_only(
         before = with_unbiased_estimates(context, calibrate(context))
     else:
         start = with_stable_start(context, dataset.estimation)
-        before, _ = two_parallel_models(context, start, prepare_segments(context, start, dataset.estimation))
-    validations = {
-        "declared": validate(context, context.nominal, dataset.validation),
-        "before": validate(context, before.model, dataset.validation),
-    }
-    validations["after"] = validations["before"]
+        before = two_parallel_models(context, start, prepare_segments(context, start, dataset.estimation))
+    validations = _final_validations(context, before, before, None)
     floor = estimate_noise_floor(context, before.model, dataset.validation)
     step = SelectionStep(NO_SCORE_TEST, (), None)
     remainder = describe_remainder(context, validations, floor, NOT_EXAMINED, NO_SCORE_TEST, None)

@@ -95,6 +95,12 @@ class LoopResult(WithContext):
         return self.context.seed
 
     @property
+    def simulations(self) -> int:
+        """Vehicles simulated for the fits before and after; once where the two are one fit but for its last step."""
+        is_same_fit = self.after.normal is self.before.normal
+        return self.after.simulations + (0 if is_same_fit else self.before.simulations)
+
+    @property
     def error_to_noise(self) -> float:
         """Validation error over noise floor."""
         return self.validations["after"].nrmse / self.noise_floor.nrmse

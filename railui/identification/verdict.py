@@ -111,7 +111,10 @@ def decide_verdict(
     explained: Explained | None,
     remainder: Remainder,
     is_adequate: bool,
+    is_noise: bool,
     has_discrepancy: bool,
+    has_freed_members: bool = False,
+    is_out_of_time: bool = False,
     diverges: bool = False,
 ) -> Verdict:
     """Apply the rules of the verdict.
@@ -121,16 +124,23 @@ def decide_verdict(
     has_effects
         Whether an effect was accepted.
     is_adequate
-        Whether the error is that of noise.
+        Whether the error is so near that of noise that no further effect can gain enough.
+    is_noise
+        Whether the error is that of noise, or the residual coherent with neither the track nor a motion.
     has_discrepancy
         Whether a discrepancy that is not in the library was found.
+    has_freed_members
+        Whether separate numbers of the members of a group lower the error.
+    is_out_of_time
+        Whether the time budget ended before the search for effects and discrepancies did.
     diverges
         Whether the final model diverges on a validation run: its effects then explain only a part.
     """
-    is_left = remainder.structured or remainder.coherent or has_discrepancy
+    has_structure = remainder.structured or remainder.coherent
+    is_outside = has_discrepancy or has_freed_members or (not is_noise and (has_structure or is_out_of_time))
     if has_effects:
         if diverges:
             return Verdict.PARTIAL
         is_whole = explained is None or explained.value >= settings.min_explained_share
-        return Verdict.EFFECT if is_whole or is_adequate or not is_left else Verdict.PARTIAL
-    return Verdict.OUTSIDE if has_discrepancy else Verdict.NONE
+        return Verdict.EFFECT if is_whole or is_adequate or not (has_structure or is_outside) else Verdict.PARTIAL
+    return Verdict.OUTSIDE if is_outside else Verdict.NONE

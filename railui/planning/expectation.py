@@ -20,8 +20,12 @@ from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.gain_forecast import PredictedGain
-from railui.identification.structure.minimum_detectable import detectable_rows, minimum_detectable_amount
-from railui.identification.structure.score_test import POWER, ScoreTestResult
+from railui.identification.structure.minimum_detectable import (
+    POWER_QUANTILE,
+    detectable_rows,
+    minimum_detectable_amount,
+)
+from railui.identification.structure.score_test import ScoreTestResult
 from railui.planning.information import Information
 from railui.planning.run_information import RunInformation
 from railui.planning.validation_products import ValidationProducts
@@ -290,7 +294,7 @@ class Expectation:
 
     def _rival(self, other: Candidate, correlation: float, k: int, score: ExpectedScore) -> Rival:
         left = max(1.0 - correlation**2, 1e-12)
-        amount = (SEPARATION + POWER) * score.sd / score.norm / np.sqrt(left)
+        amount = (SEPARATION + POWER_QUANTILE) * score.sd / score.norm / np.sqrt(left)
         return Rival(other, correlation, float(amount / self.amounts[k]))
 
 

@@ -142,7 +142,8 @@ def _other_refits(result: LoopResult) -> list[Refit]:
     if step is None:
         return []
     added = step.added.candidate if step.added is not None else None
-    return [r for r in step.refits if r.candidate is not None and r.candidate != added]
+    refits = step.refits if step.added is None else step.comparable_refits
+    return [r for r in refits if r.candidate is not None and r.candidate != added]
 
 
 def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSettings) -> list[RivalModel]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from scipy.integrate import solve_ivp
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import create_context
+from railui.identification.estimation import growing_windows
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.failed_fit import has_failed, retry_failed_fit
 from railui.identification.estimation.growing_windows import leave_wrong_minimum, misfit_ratio, slips
@@ -186,11 +188,44 @@ def test_modulating_functions_estimate_a_rig_without_initial_states(tmp_path: Pa
     assert dominant_period(data.estimation[0]) == pytest.approx(2.0 * np.pi / 8.0, rel=0.05)
 
 
-def test_short_windows_find_the_frequency_that_whole_runs_miss(tmp_path: Path):
+def count_simulations(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Return the list in which the simulations of every fit on windows and whole runs are entered."""
+    counts: list[int] = []
+
+    def counted(*given, **options):
+        fit = fit_output_error(*given, **options)
+        counts.append(fit.simulations)
+        return fit
+
+    monkeypatch.setattr(growing_windows, "fit_output_error", counted)
+    return counts
+
+
+def test_windows_of_growing_length_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    data = campaign(tmp_path, Rig(m=1.0, k=60.0, c=0.06), {n: decay(SWING, [], 1.0, 20.0) for n in "ab"}, 1e-3)
+    context = create_context(data, jobs=1)
+    counts = count_simulations(monkeypatch)
+    paths = context.campaign.estimated_parameters
+    _, spent = growing_windows.lengthen_windows(context, context.nominal, paths, data.estimation, 10.0)
+    assert len(counts) > 1 and spent == sum(counts)
+
+
+@pytest.mark.parametrize(("is_same", "expected"), [(True, 40), (False, 70)])
+def test_one_fit_before_and_after_is_counted_once(is_same: bool, expected: int):
+    """The last step of the estimates makes another fit of the same normal equations."""
+    equations = SimpleNamespace()
+    before = SimpleNamespace(simulations=40 if is_same else 30, normal=equations)
+    after = SimpleNamespace(simulations=40, normal=equations if is_same else SimpleNamespace())
+    assert LoopResult.simulations.fget(SimpleNamespace(before=before, after=after)) == expected
+
+
+def test_short_windows_find_the_frequency_that_whole_runs_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     data = campaign(tmp_path, Rig(m=1.0, k=32.0, c=0.06), {n: decay(SWING, [], 1.0, 40.0) for n in "ab"}, 1e-3)
     context = create_context(data, jobs=1)
     stuck = calibrate(context)
+    counts = count_simulations(monkeypatch)
     fit, windowed = leave_wrong_minimum(context, stuck)
+    assert fit.simulations == stuck.simulations + sum(counts)
     assert fit.model.value("vehicle.rig.stiffness") == pytest.approx(64.0, rel=1e-3)
     assert windowed is None and not slips(context, fit) and misfit_ratio(context.settings.windows, fit) < 0.01
 

@@ -91,6 +91,7 @@ def verdict(share: float, left: Remainder, *, accepted: bool, outside: bool = Fa
         explained=Explained(share, 0.01),
         remainder=left,
         is_adequate=adequate,
+        is_noise=True,
         has_discrepancy=outside,
     )
 
@@ -115,7 +116,7 @@ def test_an_effect_that_leaves_no_structure_is_the_effect():
 
 def test_effects_with_which_the_model_diverges_are_no_whole_explanation():
     left = remainder()
-    rules = {"explained": None, "remainder": left, "is_adequate": True, "has_discrepancy": False}
+    rules = {"explained": None, "remainder": left, "is_adequate": True, "is_noise": True, "has_discrepancy": False}
     verdicts = [decide_verdict(VerdictSettings(), has_effects=True, **rules, diverges=x) for x in (False, True)]
     assert verdicts == ["effect", "partial"]
 
@@ -123,6 +124,25 @@ def test_effects_with_which_the_model_diverges_are_no_whole_explanation():
 def test_without_an_effect_the_verdict_is_outside_or_none():
     assert verdict(0.0, remainder(structured=True), accepted=False, outside=True) == "outside"
     assert verdict(0.0, remainder(structured=True), accepted=False) == "none"
+
+
+@pytest.mark.parametrize(
+    ("left", "found", "expected"),
+    [
+        ({}, {}, "none"),
+        ({"structured": True, "coherent": True}, {"is_noise": True}, "none"),
+        ({"structured": True}, {}, "outside"),
+        ({"coherent": True}, {}, "outside"),
+        ({}, {"has_discrepancy": True, "is_noise": True}, "outside"),
+        ({}, {"has_freed_members": True, "is_noise": True}, "outside"),
+        ({}, {"is_out_of_time": True}, "outside"),
+        ({}, {"is_out_of_time": True, "is_noise": True}, "none"),
+    ],
+)
+def test_the_rules_without_an_effect(left: dict[str, bool], found: dict[str, bool], expected: str):
+    rules = {"is_noise": False, "has_discrepancy": False} | found
+    without = {"has_effects": False, "explained": None, "is_adequate": False}
+    assert decide_verdict(VerdictSettings(), remainder=remainder(**left), **without, **rules) == expected
 
 
 def test_the_words_of_the_verdict_are_those_of_the_reports():

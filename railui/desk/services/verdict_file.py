@@ -49,8 +49,12 @@ def _without_blocks(result: LoopResult) -> LoopResult:
 
     The misfit of a refit and its covariance stay the same; the models before and after the effects keep their blocks.
     """
+
+    def without(refits: Sequence[Refit]) -> tuple[Refit, ...]:
+        return tuple(_without_block(refit, result) for refit in refits)
+
     steps = tuple(
-        replace(step, refits=tuple(_without_block(refit, result) for refit in step.refits)) for step in result.steps
+        replace(step, refits=without(step.refits), alternatives=without(step.alternatives)) for step in result.steps
     )
     return replace(result, steps=steps)
 

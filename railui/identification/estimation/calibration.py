@@ -67,11 +67,11 @@ def _refit_from_short_windows(context: Context, before: Fit, start: Model) -> Fi
     runs = list({(s.file, s.number): s.window_of or s for s in windows}.values())
     quiet = context.in_background(context.jobs)
     paths, longest = before.free.paths, context.settings.windows.window_duration
-    model = lengthen_windows(quiet, start, paths, runs, longest)
+    model, spent = lengthen_windows(quiet, start, paths, runs, longest)
     segments = reprepare_segments(context, model, before.segments)
     again = fit_output_error(context, model, paths, segments=segments, stable=False, tolerance=COARSE_TOLERANCE)
     better = again if again.normal.rss < before.normal.rss else before
-    return replace(better, simulations=before.simulations + again.simulations)
+    return replace(better, simulations=before.simulations + spent + again.simulations)
 
 
 def nominal_fit(context: Context) -> Fit:

@@ -244,7 +244,10 @@ class GaussNewton:
             costs = self.cost(self.misfit(tried), tried)
             taken = self._best_linearised(tried, costs, cost)
             if taken is None:
-                status = "converged" if np.isfinite(costs).any() else "no admissible step"
+                if np.any(costs < cost):
+                    status = "diverges next to every better point"
+                else:
+                    status = "converged" if np.isfinite(costs).any() else "no admissible step"
                 break
             former_rss = normal.rss
             best, normal = taken

@@ -135,21 +135,22 @@ def follow_motion(
 
 def lengthen_windows(
     context: Context, model: Model, paths: Sequence[str], segments: Sequence[Segment], longest: float
-) -> Model:
+) -> tuple[Model, int]:
     """Fit a hunting model on windows of two periods, doubled up to a length [s] as long as it follows the motion.
 
     A limit cycle of a slightly wrong frequency is out of step within a few seconds. Returns the model of the last fit
-    that follows, or the given one where none does.
+    that follows, or the given one where none does, and the number of simulations.
     """
-    followed, is_first = model, True
+    followed, is_first, spent = model, True, 0
     for duration in window_durations(context.settings.windows, segments):
         if duration >= longest or context.is_out_of_time:
             break
         fit = fit_on_windows(context, followed, paths, segments, duration)
+        spent += 0 if fit is None else fit.simulations
         if fit is None or not (is_first or follows(context, fit)):
             break
         followed, is_first = fit.model, False
-    return followed
+    return followed, spent
 
 
 def fit_on_windows(
@@ -209,7 +210,9 @@ def leave_wrong_minimum(context: Context, before: Fit) -> tuple[Fit, Fit | None]
     better = before
     if followed is not None and followed.whole is not None and followed.whole.cost < before.cost:
         better = replace(followed.whole, constrained=before.constrained)
-    better = replace(better, simulations=spent + (0 if followed is None else followed.windowed.simulations))
+    if followed is not None:  # it counts those of the best try once more
+        spent += (followed.whole or followed.windowed).simulations - best.simulations
+    better = replace(better, simulations=spent)
     if followed is None or follows(context, better):
         return better, None
     seconds = max(t.segment.samples * t.segment.dt for t in followed.windowed.segments)

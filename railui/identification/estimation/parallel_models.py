@@ -37,7 +37,7 @@ class Correlations:
     steps: FloatArray
 
 
-def two_parallel_models(context: Context, model: Model, segments: Sequence[FitSegment]) -> tuple[Fit, Correlations]:
+def two_parallel_models(context: Context, model: Model, segments: Sequence[FitSegment]) -> Fit:
     """Estimate the campaign's parameters one after the other, sweep after sweep, until a sweep gains nothing."""
     free = free_parameters(context, model, context.campaign.estimated_parameters)
     duration = block_duration(context.settings.calibration, context.nominal, [t.segment for t in segments])
@@ -47,7 +47,7 @@ def two_parallel_models(context: Context, model: Model, segments: Sequence[FitSe
     first = optimiser.fit(x, tolerance=TOLERANCE, max_iterations=0)
     optimiser.simulations = 0
     x, cost = first.x, first.cost
-    sweep = 0
+    sweep, status = 0, "iterations"
     for sweep in range(1, MAX_SWEEPS + 1):
         last = cost
         for j in range(len(x)):
@@ -55,11 +55,11 @@ def two_parallel_models(context: Context, model: Model, segments: Sequence[FitSe
         misfit = np.exp((cost - first.cost) / optimiser.independent_samples)
         context.progress.message(f"  sweep {sweep}: misfit {misfit:.4f} of the first")
         if last - cost < MIN_SWEEP_GAIN * optimiser.independent_samples:
+            status = "converged"
             break
     spent = optimiser.simulations
     fit = optimiser.fit(x, tolerance=TOLERANCE, max_iterations=0)
-    fit = replace(fit, iterations=sweep, simulations=spent, status="converged")
-    return fit, residual_correlations(context, fit)
+    return replace(fit, iterations=sweep, simulations=spent, status=status)
 
 
 def _step(optimiser: GaussNewton, x: FloatArray, j: int, cost: float) -> tuple[FloatArray, float]:

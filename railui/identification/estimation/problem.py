@@ -90,6 +90,10 @@ class FitSegment:
         """Predict channels as they are, without filter and weights."""
         return Predictor(model, self.segment, self.steps, self.initial_state)
 
+    def with_start(self, initial_state: FloatArray) -> FitSegment:
+        """Return the segment with another initial state, whose sensitivity is not known."""
+        return replace(self, initial_state=initial_state, initial_sensitivity=None)
+
     def without_initial_state(self, series: FloatArray) -> FloatArray:
         """Subtract from series [..., channel, n] the part that the initial state of a window explains."""
         return series if self.initial_sensitivity is None else self.initial_sensitivity.project_out(series)
@@ -246,7 +250,7 @@ def adapt_to_model(
         has_other_states = t.segment.is_rig or any(adds_body(e.kind) for e in model.effects)
         start = estimate_initial_state(context, model, t.segment) if has_other_states else t.initial_state
         steps = needed if max_steps is None else max(t.steps, min(needed, max_steps))
-        adapted.append(replace(t, initial_state=start, steps=steps, required_steps=needed))
+        adapted.append(replace(t.with_start(start), steps=steps, required_steps=needed))
     return adapted
 
 
@@ -258,8 +262,8 @@ def drop_states(context: Context, before: Model, model: Model, prepared: Sequenc
     """
     own, former = (2 * len(m.vehicles().degrees_of_freedom(m.single_batch())) for m in (model, before))
     if own != former:
-        return [replace(t, initial_state=estimate_initial_state(context, model, t.segment)) for t in prepared]
-    return [replace(t, initial_state=t.initial_state[:own]) for t in prepared]
+        return [t.with_start(estimate_initial_state(context, model, t.segment)) for t in prepared]
+    return [t.with_start(t.initial_state[:own]) for t in prepared]
 
 
 def truncate(context: Context, prepared: Sequence[FitSegment], seconds: float) -> list[FitSegment]:
@@ -281,4 +285,5 @@ def _first_samples(context: Context, target: FitSegment, samples: int) -> FitSeg
     weights, every = target.filter.weights, target.filter.decimation
     measured = comparison_filter(context.campaign, segment, segment.measured(segment.channels))[:, ::every]
     short = kernel_filter(context.campaign, segment, weights, every)
-    return replace(target, segment=segment, filter=short, measured=measured * weights[:, None])
+    weighted = measured * weights[:, None]
+    return replace(target, segment=segment, filter=short, measured=weighted, initial_sensitivity=None)

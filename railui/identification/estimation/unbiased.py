@@ -149,9 +149,9 @@ def _joint_products(context: Context, fit: Fit, optimiser: GaussNewton) -> _Join
 def _initial_state_sensitivities(context: Context, fit: Fit, target: FitSegment) -> tuple[FloatArray, FloatArray]:
     """Sensitivities [q, channel, n] of a segment to its initial state in usual sizes, and the prior's gradient [q].
 
-    Empty for windows, whose initial states are eliminated.
+    Empty for windows and rigs, whose initial states are eliminated.
     """
-    if target.is_window:
+    if target.has_free_start:
         return np.zeros((0, *target.measured.shape)), np.zeros(0)
     scale = state_scale(context.settings.initial_state, target.segment, fit.model)
     try:

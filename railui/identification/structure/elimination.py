@@ -32,8 +32,9 @@ def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep
         if len(added) < 2:
             break
         fitted = added if previous is None else added[:-1]
+        background = context.in_background(1 if len(fitted) > 1 else context.jobs)
         without = map_threads(
-            partial(_without_effect, context, final.fit), [steps[i].added for i in fitted], context.jobs
+            partial(_without_effect, background, final.fit), [steps[i].added for i in fitted], context.jobs
         )
         for i, stage in zip(added, [*without, *([] if previous is None else [previous])], strict=True):
             refit = steps[i].added
@@ -73,12 +74,11 @@ def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | 
         return None
     model = fit.model.without_effect(index)
     paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
-    background = context.in_background(context.jobs)
     try:
-        segments = drop_states(background, fit.model, model, fit.segments)
+        segments = drop_states(context, fit.model, model, fit.segments)
         limit = _obvious_misfit(context, fit) * sum(t.measured.size for t in segments)
         without = fit_output_error(
-            background, model, paths, segments=segments, tolerance=REMOVAL_TOLERANCE, misfit_limit=limit
+            context, model, paths, segments=segments, tolerance=REMOVAL_TOLERANCE, misfit_limit=limit
         )
     except DivergedError:
         return None

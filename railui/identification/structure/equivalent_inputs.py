@@ -16,6 +16,7 @@ import numpy as np
 from railui import core
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.comparison import comparison_filter
+from railui.campaign.segment import Segment
 from railui.dsp.spectra import hann
 from railui.identification.context import Context
 from railui.identification.estimation.block_ratio import ratio_standard_error
@@ -31,6 +32,7 @@ from railui.vehicle.model import Model
 Port = tuple[str, int | None]  # location and wheelset of a force
 PortsOfLocation = tuple[str, int | None, tuple[Port, ...]]
 
+LOCATION_SEED = 1017  # no number of a draw, with which the noise floor begins its seeds
 PULSE_FORCE = 100.0  # N
 PULSE_DELAY = 4  # samples before the peak of a pulse
 Pulse = tuple[tuple[float, float], ...]  # (samples from the peak, force) of a pulse of 1 N over one sample
@@ -175,13 +177,20 @@ def _noise(context: Context, fit: Fit, target: FitSegment) -> ComplexArray:
     total: ComplexArray = np.zeros((1, 1, 1), dtype=complex)
     draws = context.settings.discrepancy.location_noise_draws
     for seed in range(draws):
-        rng = np.random.default_rng(np.random.SeedSequence([seed, 17, segment.number, segment.run_index]))
-        table = segment.noisy_table(noise, campaign.noise_band, rng, fit.model.wheelset_spacing(), target.steps)
+        of_track, of_sensors = _generators(seed, segment)
+        table = segment.noisy_table(noise, campaign.noise_band, of_track, fit.model.wheelset_spacing(), target.steps)
         noisy, _ = predictor.simulate(table=table)
-        sensors = comparison_filter(campaign, segment, noise.draw(channels, segment.samples, segment.dt, rng))
+        sensors = comparison_filter(campaign, segment, noise.draw(channels, segment.samples, segment.dt, of_sensors))
         sensors = sensors[:, :: target.filter.decimation] * target.filter.weights[:, None]
         total = total + _spectra(noisy[0] - clean[0] + sensors, target) / draws
     return np.asarray(total)
+
+
+def _generators(draw: int, segment: Segment) -> tuple[np.random.Generator, np.random.Generator]:
+    """Generators of the noise of the track, which the windows of a segment share, and of that of their sensors."""
+    of_segment = [LOCATION_SEED, draw, segment.number, segment.run_index]
+    of_window = [*of_segment, 1 + segment.first_sample]
+    return np.random.default_rng(of_segment), np.random.default_rng(of_window)
 
 
 def force_locations(model: Model) -> tuple[PortsOfLocation, ...]:

@@ -8,14 +8,15 @@ were nearly as good at its step.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.elimination import effect_index
-from railui.identification.structure.refit import Refit, cross_validation_errors, simplest_refit
+from railui.identification.structure.refit import Refit, simplest_refit
 from railui.identification.structure.stage import SelectionStep, Stage
-from railui.identification.structure.substitution import fit_in_place, substitute
+from railui.identification.structure.substitution import fit_in_place, refit_of, substitute
 from railui.vehicle.effects import PlacedEffect
 
 
@@ -36,15 +37,15 @@ def alternatives(context: Context, steps: Sequence[SelectionStep], index: int) -
 
     After them come those of its own step that were nearly as good, the best first.
     """
-    step = steps[index]
+    step = steps[index]  # both steps of a pair have the same refits
     c = None if step.added is None else step.added.candidate
     if c is None:
         return []
-    others = [[r for r in s.refits if r.candidate not in (None, c)] for s in steps]
-    later = [r for some in others[index + 1 :] for r in some if _place(r.candidate) == _place(c)]
+    after = [s.refits for s in steps[index + 1 :] if s.refits is not step.refits]
+    later = [r for refits in after for r in refits if r.candidate != c and _place(r.candidate) == _place(c)]
     limit = context.settings.refit.give_up_ratio * min((r.rss for r in step.refits if r.candidate == c), default=0.0)
-    own = [r for r in others[index] if r.rss <= limit]
-    return [*sorted(later, key=lambda r: r.rss), *sorted(own, key=lambda r: r.rss)]
+    near = [r for r in step.refits if r.candidate not in (None, c) and r.rss <= limit]
+    return [*sorted(later, key=lambda r: r.rss), *sorted(near, key=lambda r: r.rss)]
 
 
 def _place(candidate: Candidate | None) -> tuple[str, int | None] | None:
@@ -52,20 +53,26 @@ def _place(candidate: Candidate | None) -> tuple[str, int | None] | None:
     return None if candidate is None else (candidate.at, candidate.wheelset)
 
 
-def _exchanged_refit(context: Context, fit: Fit, steps: Sequence[SelectionStep], i: int) -> Refit | None:
-    """Return the refit of the alternative that is selected before the effect of a step; None: that one is."""
+def _exchanged_refit(context: Context, fit: Fit, steps: list[SelectionStep], i: int) -> Refit | None:
+    """Return the refit of the alternative that is selected before the effect of a step; None: that one is.
+
+    Updates the alternatives of the step. Those are fitted to their end that may be indistinguishable from its effect.
+    """
     current = steps[i].added
     index = None if current is None or current.candidate is None else effect_index(fit.model, current.candidate)
     if current is None or index is None:
         return None
-    found = [Refit(current.candidate, fit, current.block_errors)]
-    ratio = context.settings.selection.simpler_misfit_ratio
-    for r in alternatives(context, steps, i)[: context.settings.selection.exchanged_candidates]:
+    found = [refit_of(context, fit, current)]
+    settings = context.settings.selection
+    ratio = settings.simpler_misfit_ratio
+    limit = max(ratio, settings.indistinguishable_ratio**2)
+    for r in alternatives(context, steps, i)[: settings.exchanged_candidates]:
         effect = _new_effect(fit, r)
-        other = None if effect is None else fit_in_place(context, fit, index, effect, ratio)
+        other = None if effect is None else fit_in_place(context, fit, index, effect, limit)
         if other is not None:
-            errors = cross_validation_errors(context.settings.refit, other)
-            found.append(Refit(r.candidate, other, errors, r.score_result))
+            found.append(refit_of(context, other, r))
+    if len(found) > 1:
+        steps[i] = replace(steps[i], alternatives=tuple(found))
     chosen = simplest_refit(sorted(found, key=lambda r: r.rss), ratio)
     return None if chosen is found[0] else chosen
 

@@ -72,7 +72,7 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
     ]
     absorbed = {(s.candidate, s.shape): s.absorbed for s in scores.results}
     lengths = [block_length(context.settings.validation.error_block_duration, t) for t in ready]
-    part = sum(t.measured.shape[1] for t in ready) / sum(t.measured.shape[1] for t in validation_fit.segments)
+    share = sum(t.measured.shape[1] for t in ready) / sum(t.measured.shape[1] for t in validation_fit.segments)
 
     def predict(batch: CandidateBatch) -> list[tuple[tuple[Candidate, int], PredictedGain]]:
         keys = [(batch.members[member], shape) for member, shape in batch.lanes]
@@ -86,21 +86,21 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
                 unabsorbed = (differences[lane] - np.tensordot(absorbed[key], base[1:], 1))[used]
                 products = np.stack([scales[k] @ unabsorbed**2, scales[k] @ (unabsorbed * base[0][used])], axis=1)
                 gains[lane].append(np.add.reduceat(products, np.arange(0, len(products), lengths[k])) / len(power))
-        found = [(key, _summary(np.concatenate(blocks), part)) for key, blocks in zip(keys, gains, strict=True)]
+        found = [(key, _summary(np.concatenate(blocks), share)) for key, blocks in zip(keys, gains, strict=True)]
         return [(key, gain) for key, gain in found if np.isfinite(gain.mean)]
 
     candidates = list(dict.fromkeys(s.candidate for s in scores.results))
     return {
         key: gain
-        for part in map_threads(predict, batches_on(fit.model, candidates), context.jobs)
-        for key, gain in part
+        for of_batch in map_threads(predict, batches_on(fit.model, candidates), context.jobs)
+        for key, gain in of_batch
     }
 
 
-def _summary(blocks: FloatArray, part: float) -> PredictedGain:
-    """Summarise blocks [block, 2] of the squared effect and of its product with noise, from a part of the runs."""
+def _summary(blocks: FloatArray, share: float) -> PredictedGain:
+    """Summarise blocks [block, 2] of the squared effect and of its product with noise, from a share of the runs."""
     squares, products = blocks.T
     mean, count = float(squares.sum()), len(squares)
     variance = count * float(squares.var()) / max(count - 1, 1)
-    scatter = float(np.sqrt(max(1.0 - part, 0.0) * count * variance)) / max(mean, 1e-300)
-    return PredictedGain(mean, float(np.sqrt(part * np.sum(products**2))), scatter)
+    scatter = float(np.sqrt(max(1.0 - share, 0.0) * count * variance)) / max(mean, 1e-300)
+    return PredictedGain(mean, float(np.sqrt(share * np.sum(products**2))), scatter)

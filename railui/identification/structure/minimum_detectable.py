@@ -6,15 +6,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
+from scipy import special
 
 from railui import core
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.gain_forecast import PredictedGain, PredictedGains
-from railui.identification.structure.score_test import POWER, ScoreTestResult
+from railui.identification.structure.score_test import ScoreTestResult
 from railui.vehicle.design import Design
 from railui.vehicle.effects import parameter_unit, range_at
 
 NOMINAL_POWER = 0.9
+POWER_QUANTILE = float(special.ndtri(NOMINAL_POWER))  # of the normal distribution
 MIN_LOG_SLOPE = 0.1  # of the amount over the parameter, below which no parameter is detectable
 # log of the parameter beyond the weakest simulated shape, and beyond the strongest, where an effect is far from linear
 MAX_WEAKER_EXTRAPOLATION = float(np.log(10.0))
@@ -52,7 +54,7 @@ def minimum_detectable_amount(
     nrmse: error on the validation runs; predicted_gains: gain there by candidate and shape, to first order.
     """
     settings, gain = test.settings, 1.0 / (1.0 - min_relative_gain) ** 2 - 1.0
-    amounts = [score.amount_of_score(test.critical_score + POWER)]
+    amounts = [score.amount_of_score(test.critical_score + POWER_QUANTILE)]
     predicted = predicted_gains.get((score.candidate, score.shape))
     # an effect that calibration almost absorbs gains little on the estimation runs, and much at another speed
     if score.unabsorbed_share >= settings.min_remaining_share or not predicted:
@@ -68,8 +70,8 @@ def amount_of_gain(predicted: PredictedGain, gain: float) -> float:
     Of an amount a the squared error rises by a^2 D + 2 a c: D scatters about its prediction (log-normal), c is the
     product of the effect with noise. The gain of the nine tenths, a^2 D_low - 2 a q s_c, is solved for a.
     """
-    low = max(predicted.mean * float(np.exp(-POWER * predicted.scatter)), 1e-300)
-    noise = POWER * predicted.noise_sd
+    low = max(predicted.mean * float(np.exp(-POWER_QUANTILE * predicted.scatter)), 1e-300)
+    noise = POWER_QUANTILE * predicted.noise_sd
     return float((noise + np.sqrt(noise**2 + low * gain)) / low)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Protocol, TypeVar
 
@@ -186,7 +186,7 @@ def continue_on_whole_runs(
         return None  # too stiff to be simulated over whole runs
     if model.design.kind == "rig":  # the screening fit has the better initial state
         starts = {_start_key(t): t.initial_state for t in screened.segments}
-        segments = [replace(t, initial_state=starts.get(_start_key(t), t.initial_state)) for t in segments]
+        segments = [t.with_start(starts.get(_start_key(t), t.initial_state)) for t in segments]
     return fit_with_effects(
         context,
         model,

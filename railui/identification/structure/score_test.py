@@ -28,8 +28,6 @@ from railui.identification.structure.projection import ProjectedScores, Projecto
 from railui.parallel import map_threads
 from railui.vehicle.model import RADIUS, Model, wrap_angle
 
-POWER = 1.2816  # normal quantile of 90 % power
-
 
 @dataclass(frozen=True, eq=False)
 class ScoreTestResult:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import sensor_noise_error
@@ -22,10 +20,15 @@ class SelectionStep:
 
     Attributes
     ----------
+    refits
+        Candidates fitted with the effects of the model before this step, each alone; those of the first step are
+        compared with the model without effects.
     pairs
         Pairs that were looked at from the model of this step; None: none.
     in_pair
         True where the effect was added together with that of the step before or after.
+    alternatives
+        The effect and others in its place, fitted together with all other effects of the model; empty: none fitted.
     """
 
     score_test: ScoreTestResult
@@ -33,6 +36,12 @@ class SelectionStep:
     added: Refit | None
     pairs: PairSearch | None = None
     in_pair: bool = False
+    alternatives: tuple[Refit, ...] = ()
+
+    @property
+    def comparable_refits(self) -> tuple[Refit, ...]:
+        """Refits that have the same other effects as that of the added effect; none of a pair without alternatives."""
+        return self.alternatives or (() if self.in_pair else self.refits)
 
 
 class Stage(NamedTuple):
@@ -69,21 +78,21 @@ def pair_steps(context: Context, step: SelectionStep, pair: PairRefit) -> list[S
     errors = cross_validation_errors(context.settings.refit, pair.fit)
     first, second = (Refit(s.candidate, pair.fit, errors, s) for s in (pair.score.first, pair.score.second))
     return [
-        replace(step, refits=(first, *step.refits), added=first, in_pair=True),
-        SelectionStep(step.score_test, (second,), second, in_pair=True),
+        replace(step, added=first, in_pair=True),
+        SelectionStep(step.score_test, step.refits, second, in_pair=True),
     ]
 
 
 def indistinguishable_kinds(context: Context, step: SelectionStep) -> list[str]:
-    """List the kinds that fit at the location of the added effect as well as it does."""
+    """List the kinds that fit at the location of the added effect as well as it does, with the same other effects."""
     if step.added is None or step.added.candidate is None:
         return []
+    added, refits = step.added.candidate, step.comparable_refits
     ratio = context.settings.selection.indistinguishable_ratio
-    best = min(float(r.block_errors.sum()) for r in step.refits)
-    location = step.added.candidate.at
+    limit = ratio**2 * max((float(r.block_errors.sum()) for r in refits if r.candidate == added), default=0.0)
     similar = [
         r.candidate.kind
-        for r in step.refits
-        if r.candidate is not None and r.candidate.at == location and np.sqrt(r.block_errors.sum() / best) <= ratio
+        for r in refits
+        if r.candidate is not None and r.candidate.at == added.at and r.block_errors.sum() <= limit
     ]
-    return list(dict.fromkeys([step.added.candidate.kind, *similar]))
+    return list(dict.fromkeys([added.kind, *similar]))

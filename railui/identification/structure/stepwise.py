@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 from railui.identification.context import Context, OutOfTimeError
@@ -243,9 +244,9 @@ class StepwiseSelection:
         limit = (1.0 - self.context.settings.score_test.structured_rho2) * current.normal.rss
         next_best = [r for r in refits if r is not chosen and r.rss <= limit][: self.settings.runners_up]
         best: tuple[Refit, Stage] | None = None
-        for refit, stage in zip(
-            next_best, map_threads(self._runner_up_stage, next_best, self.context.jobs), strict=True
-        ):
+        background = self.context.in_background(1 if len(next_best) > 1 else self.context.jobs)
+        validated = map_threads(partial(self._runner_up_stage, background), next_best, self.context.jobs)
+        for refit, stage in zip(next_best, validated, strict=True):
             if stage is None:
                 continue
             self.context.progress.message(f"  with {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
@@ -253,17 +254,17 @@ class StepwiseSelection:
                 best = refit, stage
         return best
 
-    def _runner_up_stage(self, refit: Refit) -> Stage | None:
+    def _runner_up_stage(self, background: Context, refit: Refit) -> Stage | None:
         """Fit a runner-up to the end and validate it; None where it diverges, or the time budget has ended."""
         if self.context.is_out_of_time:
             return None
         try:
-            fit = self._final_fit(refit.fit, is_main=False)
+            fit = self._final_fit(refit.fit, background)
             if fit.model.design.form == "rig":  # it was given up early; laws of one damping converge slowly
-                fit = self._final_fit(fit, is_main=False)
+                fit = self._final_fit(fit, background)
         except DivergedError:
             return None
-        return self._validated(fit)
+        return validated_stage(background, fit)
 
     def _best_candidate(
         self, fit: Fit, scores: ScoreTestResult, with_absorbed: bool
@@ -293,17 +294,17 @@ class StepwiseSelection:
                 left = [refit for refit in left if refit is not chosen]
         return None
 
-    def _final_fit(self, fit: Fit, *, is_main: bool = True) -> Fit:
+    def _final_fit(self, fit: Fit, background: Context | None = None) -> Fit:
         """Fit all parameters once more with weights and initial states of the model with the effect.
 
         Where the model fell out of step with the motion over whole runs, the windows are lengthened again: with the
         effect it may follow them. Raises DivergedError where the vehicle diverges next to the estimate.
 
-        is_main: report its iterations.
+        background: context of a fit whose iterations are not reported.
         """
+        context = background or self.context
         if self.whole_runs and any(t.is_window for t in fit.segments):
-            return self._lengthened_fit(fit)
-        context = self.context if is_main else self.context.in_background(self.context.jobs)
+            return self._lengthened_fit(context, fit)
         return fit_output_error(
             context,
             fit.model,
@@ -312,9 +313,9 @@ class StepwiseSelection:
             tolerance=FINAL_TOLERANCE,
         )
 
-    def _lengthened_fit(self, fit: Fit) -> Fit:
+    def _lengthened_fit(self, context: Context, fit: Fit) -> Fit:
         """Fit on windows as long as the model follows the motion, whole runs at last."""
-        quiet = self.context.in_background(self.context.jobs)
+        quiet = context.in_background(context.jobs)
         followed = follow_motion(quiet, fit.model, fit.free.paths, self.whole_runs, shortest=fit)
         if followed is None:
             return fit

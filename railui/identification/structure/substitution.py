@@ -49,10 +49,18 @@ def substitute(
         text = f"{refit_text(refit)} in place of {refit_text(current)}"
         context.progress.message(f"  {text}: NRMSE {stage.validation.nrmse:.4f}")
         if stage.validation.nrmse <= max_error_ratio * final.validation.nrmse:
+            alternatives = steps[i].alternatives
+            if current is not None and all(r.candidate != refit.candidate for r in alternatives):
+                alternatives = (refit, refit_of(context, final.fit, current))
             errors = cross_validation_errors(context.settings.refit, stage.fit)
             added = replace(refit, fit=stage.fit, block_errors=errors)
-            steps[i], final = replace(steps[i], added=added, refits=(*steps[i].refits, added)), stage
+            steps[i], final = replace(steps[i], added=added, alternatives=alternatives), stage
     return final
+
+
+def refit_of(context: Context, fit: Fit, current: Refit) -> Refit:
+    """Return a fit as the refit of one of its effects, to be compared with fits that have another in its place."""
+    return replace(current, fit=fit, block_errors=cross_validation_errors(context.settings.refit, fit))
 
 
 def fit_in_place(context: Context, fit: Fit, index: int, effect: PlacedEffect, max_misfit_ratio: float) -> Fit | None:

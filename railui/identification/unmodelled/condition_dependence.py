@@ -7,11 +7,11 @@ condition where its estimates differ by more than their standard deviations allo
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import special
 
 from railui.arrays import FloatArray
 from railui.identification.context import Context
@@ -171,16 +171,11 @@ class _Comparison:
 def homogeneity(values: FloatArray, sd: FloatArray) -> float:
     """Probability that estimates [n] of one number differ as much by chance, from Cochran's Q.
 
-    Q = sum ((x_i - m)/sd_i)^2 about the weighted mean m is chi-square with n - 1 degrees of freedom; its tail by the
-    cube root of Wilson and Hilferty (1931).
+    Q = sum ((x_i - m)/sd_i)^2 about the weighted mean m is chi-square with n - 1 degrees of freedom.
 
     >>> round(homogeneity(np.array([1.0, 1.1]), np.array([0.1, 0.1])), 2)
     0.48
     """
     weights = 1.0 / np.maximum(sd, 1e-300) ** 2
     mean = np.sum(weights * values) / np.sum(weights)
-    q, dof = float(np.sum(weights * (values - mean) ** 2)), len(values) - 1
-    if dof == 1:
-        return math.erfc(math.sqrt(q / 2.0))
-    z = ((q / dof) ** (1.0 / 3.0) - (1.0 - 2.0 / (9.0 * dof))) / math.sqrt(2.0 / (9.0 * dof))
-    return 0.5 * math.erfc(z / math.sqrt(2.0))
+    return float(special.chdtrc(len(values) - 1, np.sum(weights * (values - mean) ** 2)))

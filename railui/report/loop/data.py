@@ -95,7 +95,7 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         "riding": ride_quality(result),
         "parameters": _parameters(result),
         "prior": prior_record(result),
-        "simulations": result.before.simulations + result.after.simulations,
+        "simulations": result.simulations,
         "windows": windowed_runs(result),
         "pairs": searched_pairs(result),
         "identifiability": identifiability(result),

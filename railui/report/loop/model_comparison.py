@@ -56,7 +56,7 @@ def significant_below_threshold(result: LoopResult) -> list[dict[str, Any]]:
     """Return the best refits of every step that added no effect, since their gain was too small."""
     rows = []
     for step in result.steps:
-        for refit in step.refits[:MAX_BELOW_THRESHOLD] if step.added is None else ():
+        for refit in step.refits[:MAX_BELOW_THRESHOLD] if step.added is None and not step.in_pair else ():
             if refit.candidate is not None:
                 rho = refit.score_result.rho if refit.score_result else None
                 errors = {"p": step.score_test.p, "rho": rho, "nrmse": cross_validation_nrmse(refit)}

@@ -206,12 +206,13 @@ def test_two_parallel_models_converge():
     campaign = replace(case.dataset.campaign, estimated_parameters=tuple(paths))
     context = create_context(replace(case.dataset, campaign=campaign), jobs=2)
     ready = prepare_segments(context, case.nominal, case.dataset.estimation)
-    result, rho = two_parallel_models(context, case.nominal, ready)
-    restarted, _ = two_parallel_models(context, result.model, ready)
+    result = two_parallel_models(context, case.nominal, ready)
+    restarted = two_parallel_models(context, result.model, ready)
     assert restarted.normal.rss == pytest.approx(result.normal.rss, rel=0.05)
     assert result.simulations > 2 * len(paths)
-    assert rho.rho.shape == (len(paths), len(rho.channels))
-    assert np.abs(residual_correlations(context, result).steps).max() < 1.0
+    correlations = residual_correlations(context, result)
+    assert correlations.rho.shape == (len(paths), len(correlations.channels))
+    assert np.abs(correlations.steps).max() < 1.0
 
 
 def test_the_difference_of_two_models_corrects_a_parameter():

@@ -12,6 +12,7 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
 from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import create_context
+from railui.identification.estimation import parallel_models
 from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.gauss_newton import GaussNewton
@@ -202,6 +203,24 @@ def test_a_point_next_to_which_the_vehicle_diverges_is_not_taken():
     misfits = optimiser_of(fit).misfit(np.stack([start, found.x, optimiser.refused]))
     assert misfits[2] < misfits[1] < misfits[0]
     assert len(found.segments) == len(fit.segments)
+
+
+def test_a_fit_next_to_whose_better_points_the_vehicle_diverges_has_not_converged():
+    fit = calibrated()
+    start = fit.x * (1.0 + 0.02 * np.cos(np.arange(len(fit.x))))
+    optimiser = DivergesOnce(simulated_campaign().context, fit.model, fit.free, fit.segments, block=1.0, stable=False)
+    optimiser.misfit = lambda x: np.where(np.arange(len(x)) > 0, np.inf, 0.5 * optimiser_of(fit).misfit(x[:1]))
+    found = optimiser.fit(start, tolerance=1e-6)
+    assert np.array_equal(found.x, start) and found.status == "diverges next to every better point"
+
+
+@pytest.mark.parametrize(("sweeps", "status"), [(1, "iterations"), (25, "converged")])
+def test_two_parallel_models_converge_only_where_a_sweep_gains_nothing(monkeypatch, sweeps: int, status: str):
+    fit = calibrated()
+    monkeypatch.setattr(parallel_models, "MAX_SWEEPS", sweeps)
+    monkeypatch.setattr(parallel_models, "_step", lambda o, x, j, cost: (x, cost - 1e3 if sweeps == 1 else cost))
+    found = parallel_models.two_parallel_models(simulated_campaign().context, fit.model, fit.segments)
+    assert found.status == status and found.iterations == 1
 
 
 def fitted_from_nominal(max_iterations: int, **options):

@@ -10,14 +10,16 @@ import pytest
 
 from railui import core
 from railui.campaign.dataset import Dataset
+from railui.campaign.noise.model import NoiseModel
 from railui.campaign.segment import Segment
 from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.problem import prepare_segments
 from railui.identification.loop import close_loop
-from railui.identification.structure.equivalent_inputs import _share, _WindowedShare, locate_forces
+from railui.identification.structure.equivalent_inputs import _noise, _share, _WindowedShare, locate_forces
 from railui.progress import Progress
 from railui.report.loop.data import loop_report
-from tests.blind.simulated import SimulatedCampaign, simulated_campaign
+from tests.blind.simulated import SimulatedCampaign, calibrated, simulated_campaign
 
 PLAY = "free_play at=primary_lateral half_width=4e-4"
 CLOCK = ("t", "s", "v", "yw")
@@ -51,6 +53,32 @@ def test_a_location_has_fewer_forces_than_there_are_channels(responses: tuple[st
     locations = locate_forces(context, calibrate(context))
     assert max(o.forces for o in locations) == max_forces
     assert all(math.isfinite(o.share) and o.share < 1.0 for o in locations)
+
+
+def test_the_sensors_of_every_window_have_their_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The track and its noise are those of the run; a sensor has no noise twice."""
+    case, fit = simulated_campaign(), calibrated()
+    sensors, tables = [], []
+    draw, noisy_table = NoiseModel.draw, Segment.noisy_table
+
+    def drawn(self, *given):
+        sensors.append(draw(self, *given))
+        return sensors[-1]
+
+    def table(self, noise, band, rng, *given):
+        tables.append(rng.bit_generator.state["state"]["state"])
+        return noisy_table(self, noise, band, rng, *given)
+
+    monkeypatch.setattr(NoiseModel, "draw", drawn)
+    monkeypatch.setattr(Segment, "noisy_table", table)
+    prepared = prepare_segments(case.context, fit.model, case.dataset.estimation[0].windows(8.0)[:2])
+    for records in (sensors, tables):  # those of the weights
+        records.clear()
+    for target in prepared:
+        _noise(case.context, fit, target)
+    half = len(sensors) // 2
+    assert len(tables) % 2 == 0 and tables[: len(tables) // 2] == tables[len(tables) // 2 :]
+    assert abs(np.corrcoef(sensors[0][0, :1000], sensors[half][0, :1000])[0, 1]) < 0.2
 
 
 @pytest.mark.slow

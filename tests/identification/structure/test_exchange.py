@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,7 @@ def context(tmp_path_factory: pytest.TempPathFactory) -> Context:
 
 def test_a_spring_gives_way_to_the_stop_that_a_later_step_tried_at_its_place(context: Context) -> None:
     fit, steps = steps_of(context, SPRING, STOP)
+    alone = steps[0].refits
     before = validated_stage(context, fit)
     after = exchange_effects(context, before, steps, lambda f: f)
     laws = {e.kind: e for e in after.fit.model.effects if e.at in (LATERAL, YAW)}
@@ -56,6 +59,13 @@ def test_a_spring_gives_way_to_the_stop_that_a_later_step_tried_at_its_place(con
     assert stop.parameters["gap"] == pytest.approx(2e-3, rel=0.05)
     assert after.validation.nrmse < 0.5 * before.validation.nrmse
     assert steps[0].added is not None and steps[0].added.candidate == Candidate("bump_stop", LATERAL, None)
+    assert steps[0].refits is alone  # of one effect, which no fit with friction joins
+    assert [{e.kind for e in r.fit.model.effects if e.at in (LATERAL, YAW)} for r in steps[0].alternatives] == [
+        {"spring", "dry_friction"},
+        {"bump_stop", "dry_friction"},
+    ]
+    errors = [r.block_errors.sum() for r in steps[0].alternatives]
+    assert errors[1] < 0.5 * errors[0]
 
 
 def test_the_law_that_fits_best_stays(context: Context) -> None:
@@ -76,3 +86,11 @@ def test_laws_at_the_place_come_before_those_of_the_same_step(context: Context) 
     steps[0] = SelectionStep(NO_SCORE_TEST, (*steps[0].refits, near), steps[0].added)
     kinds = [r.candidate.kind for r in alternatives(context, steps, 0) if r.candidate is not None]
     assert kinds == ["bump_stop", "cubic_stiffness"]
+
+
+def test_the_refits_that_both_steps_of_a_pair_have_are_compared_once(context: Context) -> None:
+    _, steps = steps_of(context, SPRING, STOP)
+    steps = [replace(s, refits=steps[1].refits, in_pair=True) for s in steps]
+    steps[0] = replace(steps[0], added=refit(steps[1].refits[1].fit, STOP))
+    tried = alternatives(context, steps, 0)
+    assert len(tried) == len({r.candidate for r in tried})

@@ -12,13 +12,14 @@ from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.minimum_detectable import (
+    POWER_QUANTILE,
     amount_of_gain,
     minimum_detectable_amount,
     minimum_detectable_effects,
     value_of_unit_amount,
     without_unphysical_sizes,
 )
-from railui.identification.structure.score_test import POWER, ScoreTestResult
+from railui.identification.structure.score_test import ScoreTestResult
 from railui.vehicle.design_reader import load_design
 
 ROOT = Path(__file__).parents[3]
@@ -41,7 +42,7 @@ def score_test(*scores: ScoreResult, rss: float) -> ScoreTestResult:
 
 def test_an_effect_exceeds_the_critical_score_with_90_percent_power() -> None:
     test = score_test(score(SPRING), rss=1e-2)
-    expected = (3.0 + POWER) * 100.0 / 1e6
+    expected = (3.0 + POWER_QUANTILE) * 100.0 / 1e6
     assert minimum_detectable_amount(score(SPRING), test, MIN_GAIN, 1.0, {}) == pytest.approx(expected, rel=1e-3)
 
 

@@ -1,4 +1,4 @@
-"""Gain of one stage of a selection over another: minimum gain, significance, and noise of the sensors."""
+"""Gain of one stage of a selection over another: minimum gain, significance, noise of the sensors; look-alikes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,11 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import estimate_noise_floor, sensor_noise_error
 from railui.identification.estimation.validation import Validation
 from railui.identification.structure import stage as module
-from railui.identification.structure.stage import Stage, gains
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST
+from railui.identification.structure.candidates import Candidate
+from railui.identification.structure.pairs import PairRefit
+from railui.identification.structure.refit import Refit
+from railui.identification.structure.stage import SelectionStep, Stage, gains, indistinguishable_kinds, pair_steps
 from tests.blind.simulated import simulated_campaign
 
 BLOCKS = 20
@@ -64,3 +68,36 @@ def test_the_error_of_sensor_noise_is_that_of_its_realisations() -> None:
     segments: Any = context.dataset.selection
     drawn = estimate_noise_floor(context, context.nominal, segments).sensors_only
     assert sensor_noise_error(context, segments) == pytest.approx(drawn, rel=0.05)
+
+
+def refit(kind: str, error: float, at: str = "primary_lateral") -> Refit:
+    """A refit of a kind of which nothing is known but its squared cross-validated error."""
+    return Refit(Candidate(kind, at, None), cast(Fit, SimpleNamespace()), np.full((4, 2), error / 8.0))
+
+
+ALONE = (refit("free_play", 1.0), refit("bump_stop", 1.1), refit("spring", 1.3), refit("dry_friction", 0.5, "contact"))
+
+
+def test_kinds_are_compared_with_the_added_effect_and_not_with_the_best_at_another_location() -> None:
+    # an error of 1.10 times that of the clearance is 1.21 times its square
+    step = SelectionStep(NO_SCORE_TEST, ALONE, refit("free_play", 0.9))
+    assert indistinguishable_kinds(simulated_campaign().context, step) == ["free_play", "bump_stop"]
+
+
+def test_kinds_fitted_with_all_other_effects_are_compared_with_each_other_alone() -> None:
+    fitted = (refit("spring", 0.010), refit("cubic_stiffness", 0.011), refit("bump_stop", 0.013))
+    step = SelectionStep(NO_SCORE_TEST, ALONE, refit("spring", 0.0099), alternatives=fitted)
+    assert indistinguishable_kinds(simulated_campaign().context, step) == ["spring", "cubic_stiffness"]
+
+
+def test_the_steps_of_a_pair_compare_single_effects(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fit of two effects is no refit of a candidate alone, and has none to be compared with."""
+    monkeypatch.setattr(module, "cross_validation_errors", lambda settings, fit: np.full((4, 2), 1e-3))
+    halves = [SimpleNamespace(candidate=Candidate(kind, "primary_lateral", None)) for kind in ("free_play", "spring")]
+    score: Any = SimpleNamespace(first=halves[0], second=halves[1])
+    fit = cast(Fit, SimpleNamespace())
+    context = simulated_campaign().context
+    steps = pair_steps(context, SelectionStep(NO_SCORE_TEST, ALONE, None), PairRefit(score, fit))
+    assert [s.refits for s in steps] == [ALONE, ALONE]
+    assert [s.added.fit for s in steps if s.added] == [fit, fit]
+    assert [indistinguishable_kinds(context, s) for s in steps] == [["free_play"], ["spring"]]

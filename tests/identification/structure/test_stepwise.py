@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from railui.identification.prediction import DivergedError
+from railui.identification.structure import stepwise
 from railui.identification.structure.stepwise import StepwiseSelection, _Path
 from tests.blind.simulated import simulated_campaign
 
@@ -49,3 +51,18 @@ def test_no_pair_is_sought_where_effects_leave_little_and_no_structure(accepted,
     stages = [SimpleNamespace(validation=SimpleNamespace(nrmse=nrmse))] * (accepted + 1)
     path = _Path(steps, stages, accepted, SimpleNamespace(nrmse=0.1), SimpleNamespace())
     assert StepwiseSelection(simulated_campaign().context)._is_unstructured(path) is ends
+
+
+@pytest.mark.parametrize(("count", "jobs"), [(1, 4), (3, 1)])
+def test_runners_up_that_are_fitted_at_once_have_one_thread_each(monkeypatch, count, jobs):
+    used = []
+    fitted = SimpleNamespace(model=SimpleNamespace(design=SimpleNamespace(form="bogie")))
+    monkeypatch.setattr(stepwise, "map_threads", lambda function, items, jobs: map(function, items))
+    monkeypatch.setattr(stepwise, "reprepare_segments", lambda context, model, segments: ())
+    monkeypatch.setattr(stepwise, "fit_output_error", lambda context, *_, **__: used.append(context) or fitted)
+    monkeypatch.setattr(stepwise, "validated_stage", lambda context, fit: used.append(context))
+    one = SimpleNamespace(rss=0.5, fit=SimpleNamespace(model=None, segments=(), free=SimpleNamespace(paths=())))
+    current = SimpleNamespace(normal=SimpleNamespace(rss=1.0))
+    context = replace(simulated_campaign().context, jobs=4)
+    StepwiseSelection(context)._runner_up(current, None, count * [one], None)
+    assert [c.jobs for c in used] == 2 * count * [jobs]
