@@ -66,7 +66,9 @@ def load_study(
     _check_draws(cases, design, findings)
     if findings.errors() or design is None or model is None:
         raise FileProblems(findings.errors())
-    _warn_of_fixed_transfer(design, variables, [item.key for item in (*objectives, *constraints)], findings)
+    _warn_of_fixed_transfer(
+        design, variables, [*(each.key for each in objectives), *(each.key for each in constraints)], findings
+    )
     return Study(
         name=model.name or source.stem,
         design=design,
@@ -108,7 +110,9 @@ def _warn_of_fixed_transfer(
     for variable in variables:
         if variable.path in LATERAL_SECONDARY:
             reason, _, remedy = note.partition("; ")
-            findings.warn(f"variables.{variable.path}", f"varies, but {reason.removeprefix('comfort: ')}", remedy)
+            findings.warn(
+                f"variables.{variable.path}", f"varies, but comfort is the {reason.removeprefix('comfort: ')}", remedy
+            )
 
 
 def _cases(model: CasesModel, scenarios: tuple[Mapping[str, Any], ...]) -> Cases:

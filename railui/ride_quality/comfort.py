@@ -70,7 +70,8 @@ def fixed_transfer_note(design: Design) -> str | None:
     return (
         "comfort: acceleration of the frame through a fixed transfer to the floor "
         f"({riding.floor_frequency:g} Hz, damping {riding.floor_damping:g}), "
-        "which does not follow the secondary suspension; judge secondary springs and dampers with coach_mode or a vehicle with a carbody"
+        "which does not follow the secondary suspension; "
+        "judge secondary springs and dampers with coach_mode or a vehicle with a carbody"
     )
 
 

@@ -220,6 +220,19 @@ def test_comfort_without_a_carbody_is_noted() -> None:
         assert (fixed_transfer_note(design) is not None) == is_noted
 
 
+def test_a_stronger_secondary_damper_seems_to_give_comfort_without_a_carbody() -> None:
+    """The figures of docs/limits.md: a damper of 60 instead of 15 kN s/m, with and without a carbody of 15 t."""
+    track, path = "erri_b176_low length=2000", "vehicle.secondary.lateral_damping"
+    coach = {"kind": "coach_mode", "at": "secondary_lateral", "mass": 15e3, "stiffness": 2e5}
+    pairs = {
+        0.99: [BOGIE.with_values({path: damping}) for damping in (15e3, 60e3)],
+        1.6: [with_effects(coach | {"damping": damping}) for damping in (15e3, 60e3)],
+    }
+    for ratio, designs in pairs.items():
+        weak, strong = (ride(design, track, 40.0)["weighted_acceleration"] for design in designs)
+        assert strong / weak == pytest.approx(ratio, abs=0.01)
+
+
 def test_a_modelled_carbody_is_the_comfort_point() -> None:
     coach = {"kind": "coach_mode", "at": "secondary_lateral", "mass": 12e3, "stiffness": 3e5, "damping": 3e4}
     design = with_effects(coach)
