@@ -1,4 +1,7 @@
-"""Write tables, rates and picture of docs/blind.md from the tables of docs/blind_trials.md: python docs/blind_summary.py."""
+"""Write tables, rates and picture of docs/blind.md and the counts in sentences of other pages from docs/blind_trials.md.
+
+python docs/blind_summary.py
+"""
 
 import re
 from collections.abc import Sequence
@@ -33,6 +36,7 @@ BOGIE = (
         90,
     ),
     ("90 % intervals with the true value: all parameters", "90 % intervals that contain the true value", 90),
+    ("90 % intervals with the true value: added effects", "the same: sizes of effects", 90),
     ("data fault diagnosed in sound data", "data fault diagnosed in sound data", 0),
 )
 COACH = (
@@ -50,6 +54,18 @@ COACH = (
         90,
     ),
 )
+
+
+# sentences of other pages, with the counts of the trial of bogies in place of {}
+NAMED = "one effect (lowering the error by a tenth or more) was named in {} of {} simulated cases"
+OUTSIDE = "{} of {} were recognised and {} were given the name of a library effect"
+SIZES = "{} % of those of effect sizes contained the true value"
+SENTENCES = {
+    "README.md": (NAMED, OUTSIDE),
+    "docs/blind.md": (NAMED,),
+    "docs/limits.md": (OUTSIDE,),
+    "docs/measured_campaign.md": (SIZES, OUTSIDE.replace("recognised and", "recognised there and")),
+}
 
 
 class Outcome(NamedTuple):
@@ -90,6 +106,35 @@ def coach_rates(text: str) -> str:
     )
 
 
+def sentence_counts(sentence: str) -> list[int]:
+    """Return the numbers of a sentence of SENTENCES in their order."""
+    found = {name: outcome for outcome, (name, _, _) in zip(outcomes(trial("trial"), BOGIE), BOGIE, strict=True)}
+    if sentence == NAMED:
+        one = found["one effect planted: right name, class and location"]
+        return [one.hits, one.trials]
+    if sentence == SIZES:
+        return [found["90 % intervals with the true value: added effects"].percent]
+    recognised = found["outside the library: verdict `outside`"]
+    return [
+        recognised.hits,
+        recognised.trials,
+        found["outside the library: an effect of the library named instead"].hits,
+    ]
+
+
+def with_sentences(name: str, text: str) -> str:
+    """Return a page with the numbers of the trial in its sentences; ValueError where it lacks one."""
+    for sentence in SENTENCES[name]:
+        words = [re.escape(word).replace(re.escape("{}"), r"(\d+)") for word in sentence.split()]
+        pattern = re.compile(r"\s+".join(words), re.I)
+        match = pattern.search(text)
+        if match is None:
+            raise ValueError(f"{name} lacks the sentence {sentence!r}")
+        for group, number in reversed(list(enumerate(sentence_counts(sentence), 1))):
+            text = text[: match.start(group)] + str(number) + text[match.end(group) :]
+    return text
+
+
 def trial(name: str) -> str:
     """Return the section of a trial in docs/blind_trials.md."""
     text = (DOCS / "blind_trials.md").read_text("utf-8")
@@ -101,14 +146,14 @@ def rates(text: str) -> str:
 
     text: the section of the trial.
     """
-    one, two, three, *_, power, intervals, data = outcomes(text, BOGIE)
+    one, two, three, *_, power, intervals, effects, data = outcomes(text, BOGIE)
     sensors = sorted((int(percent), name) for name, percent in BY_SENSORS.findall(text))
     (low, worst), (high, best) = sensors[0], sensors[-1]
     lines = [
         f"The trial of bogies has {data.trials} loops" + _planned(text, data.trials) + ".",
         f"Named in full: {_count(one)} single effects, {_count(two)} pairs, {_count(three)} sets of three.",
         f"Of the 90 % intervals {_with_limits(intervals)} contain the true value; by sensors from {low} % ({worst}) to "
-        f"{high} % ({best}).",
+        f"{high} % ({best}). Of those of the sizes of effects {_with_limits(effects)} do.",
         f"Of the effects of the stated minimum detectable size (nominal power 90 %) {_with_limits(power)} were found.",
     ]
     return "\n".join(f"- {line}" for line in lines)
@@ -159,4 +204,7 @@ def page(text: str) -> str:
 if __name__ == "__main__":
     target = DOCS / "blind.md"
     target.write_text(page(target.read_text("utf-8")), "utf-8")
+    for name in SENTENCES:
+        path = DOCS.parent / name
+        path.write_text(with_sentences(name, path.read_text("utf-8")), "utf-8")
     draw(summary(), DOCS / "blind.svg")

@@ -57,12 +57,12 @@ TRACK = "erri_b176_low length=400"
 
 
 def search(vehicle: railui.Design) -> railui.Optimisation:
-    """Search a stiffness and a damping for comfort and guidance."""
+    """Search the stiffnesses of the primary suspension for comfort and guidance."""
     study = railui.Study.build(
         vehicle,
         {
             "vehicle.primary.lateral_stiffness": ("1 MN/m", "8 MN/m"),
-            "vehicle.secondary.lateral_damping": ("5 kN*s/m", "60 kN*s/m"),
+            "vehicle.primary.longitudinal_stiffness": ("3 MN/m", "20 MN/m"),
         },
         [{"minimise": "weighted_acceleration", "over": "mean"}, {"maximise": "flange_margin", "over": "worst"}],
         track=TRACK,

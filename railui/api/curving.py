@@ -103,7 +103,7 @@ class Curve(DesignResult):
         return self.plot("displacement", ax)
 
     def plot_guiding_forces(self, ax: Axes | None = None) -> Axes:
-        """Draw the sums of guiding forces against radius; ValueError as `plot`."""
+        """Draw the lateral forces of the rails on the wheelsets against radius; ValueError as `plot`."""
         return self.plot("guiding_force", ax)
 
     def plot_wear(self, ax: Axes | None = None) -> Axes:

@@ -16,9 +16,9 @@ COLUMNS = (
     "radius [m]",
     "e [mm]",
     "angle of attack [mrad]",
-    "sum of guiding forces [kN]",
+    "force of the rails [kN]",
     "Y/Q",
-    "wear number [N]",
+    "wear number, largest wheel [N]",
     "flange",
 )
 
@@ -41,15 +41,16 @@ def command(
     figure: str | None,
     call: Invocation,
 ) -> None:
-    """Compute the equilibrium of DESIGN in a curve: displacement, angle of attack, guiding force, wear number.
+    """Compute the equilibrium of DESIGN in a curve: displacement, angle of attack, lateral force, wear number.
 
     \b
     railui curve design.yaml --radius 600 --cant-deficiency "100 mm"
     railui curve design.yaml --radii 250:2000:50 --figure curve.svg
 
     Quasi-static: accelerations and rates are zero, the effects act with their full laws. The centre of the
-    curve is at +y, so e < 0 is outwards. A suspension with a high critical speed on tangent track may cause high
-    guiding forces and wear in curves.
+    curve is at +y, so e < 0 is outwards. The force of the rails on each wheelset is positive to the right: minus the
+    sum Y of its guiding forces. Wear numbers: the sum over all wheels, then the largest of a wheel. A suspension with
+    a high critical speed on tangent track may cause high guiding forces and wear in curves.
     """
     from railui.api.curving import compute_curve
 
@@ -77,4 +78,5 @@ def _values(case: Mapping[str, Any]) -> list[str]:
     touching = ", ".join(str(i) for i, is_touching in enumerate(case["flange_contact"], 1) if is_touching)
     quotient = case["derailment_quotient"]
     cells.append("-" if quotient is None else format_fixed(quotient, 3))
-    return [*cells, f"{case['wear_number']:.1f}", f"wheelset {touching}" if touching else ""]
+    largest = max(number for wheelset in case["wheelsets"] for number in wheelset["wear_number"])
+    return [*cells, f"{case['wear_number']:.1f}, {largest:.1f}", f"wheelset {touching}" if touching else ""]

@@ -160,7 +160,9 @@ def _table(result: Mapping[str, Any]) -> Any:
     columns = ("ride quality, mean of the cases", "baseline", "knee point")
     designs, cases = format_count(len(result["pareto"]), "design"), format_count(result["cases"], "case")
     title = f"{result['study']}: {designs} on the Pareto front, {cases}"
-    return make_table(columns, ride_quality, [*objectives, *constraints], title=title)
+    return make_table(
+        columns, ride_quality, [*objectives, *constraints], title=title, caption="\n".join(result["notes"])
+    )
 
 
 def _objective(point: Mapping[str, Any] | None, i: int) -> str:

@@ -33,6 +33,7 @@ QUANTITIES = {
     "class": "",
     "decided_by": "",
     "comfort_hours": "h",
+    "comfort_point": "",
     "weighted_acceleration": "m/s^2",
     "weighted_acceleration_1974": "m/s^2",
     "flange_fraction": "",
@@ -228,5 +229,6 @@ def _cases_table(body: dict[str, Any]) -> Any:
     ]
     columns = ("speed [m/s]", "seed", *(key.replace("_", " ") for key in COMPARED))
     worst = body["worst"]
-    caption = f"worst, at {worst['speed']:g} m/s: {worst['class']}, {worst['decided_by']}\n{GRADE_NOTE}"
-    return make_table(columns, cases, statistics, title=body["cases"][0]["track"], caption=caption)
+    caption = [f"worst, at {worst['speed']:g} m/s: {worst['class']}, {worst['decided_by']}", GRADE_NOTE]
+    caption += dict.fromkeys(note for case in body["cases"] for note in case["notes"] if note.startswith("comfort:"))
+    return make_table(columns, cases, statistics, title=body["cases"][0]["track"], caption="\n".join(caption))

@@ -29,7 +29,8 @@ class Equilibria:
     """Equilibria of n vehicles; NaN where the iteration found none.
 
     displacement [n, wheelset] in m, angle_of_attack [n, wheelset] in rad, guiding_force [n, wheelset] in N (of the
-    rails on a wheelset), wear_number [n] in N, residual [n]: largest unbalanced force in wheel loads, shortfall [n] in
+    rails on a wheelset, positive to the right), wear_number [n] in N: the sum over the wheels, wheel_wear [n, wheelset,
+    wheel] in N: that of each, right and left, residual [n]: largest unbalanced force in wheel loads, shortfall [n] in
     N: outward less guiding forces, which laws at the wheelsets of a vehicle that rolls add through their roll.
     batch: the vehicles, at rest in the curve; table [n, column]: rows of the input table.
     """
@@ -38,6 +39,7 @@ class Equilibria:
     angle_of_attack: FloatArray
     guiding_force: FloatArray
     wear_number: FloatArray
+    wheel_wear: FloatArray
     residual: FloatArray
     shortfall: FloatArray
     batch: Batch
@@ -70,15 +72,17 @@ def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_de
     outward = outward_force(model, rows, model.vehicles(), batch, table, model.vehicles().degrees_of_freedom(batch))
     wheelsets = equations.forces(x, curvature, 1.0)[1]
     yaw, tx, ty = wheelsets[:, :, 1], wheelsets[:, :, 4:6], wheelsets[:, :, 6:8]
-    wear = np.abs(np.nan_to_num(tx * wheelsets[:, :, 3:4])) + np.abs(ty * yaw[:, :, None])
+    tread_wear = np.abs(np.nan_to_num(tx * wheelsets[:, :, 3:4])) + np.abs(ty * yaw[:, :, None])
     is_unsolved = ~(residual <= RESIDUAL_TOLERANCE)
     wheelsets[is_unsolved] = np.nan
     displacement, angle, force = (wheelsets[:, :, i] for i in range(3))
+    flange_wear = wheelsets[:, :, 8, None] * np.stack([displacement > 0.0, displacement <= 0.0], axis=2)
     return Equilibria(
         displacement=displacement,
         angle_of_attack=angle,
         guiding_force=force,
-        wear_number=np.where(is_unsolved, np.nan, wear.sum(axis=(1, 2)) + wheelsets[:, :, 8].sum(axis=1)),
+        wear_number=np.where(is_unsolved, np.nan, tread_wear.sum(axis=(1, 2)) + wheelsets[:, :, 8].sum(axis=1)),
+        wheel_wear=tread_wear + flange_wear,
         residual=residual,
         shortfall=-outward - force.sum(axis=1),
         batch=equations.at_rest(x),

@@ -11,6 +11,8 @@ import numpy as np
 from railui import core
 from railui.curving.equilibrium import Equilibria, solve_equilibria
 from railui.curving.wheel_forces import quotient_notes, wheel_forces
+from railui.ride_quality.running_safety import NO_FRICTION_NOTE
+from railui.ride_quality.safety_limits import creep_friction_of
 from railui.vehicle.design_reader import Design
 from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
@@ -37,9 +39,10 @@ def curve(design: DesignLike, radius: float, cant_deficiency: float = 0.0) -> di
     Returns
     -------
     dict
-        displacement e_i [m], angle_of_attack psi_i [rad], guiding_force Q_yi [N] (of the rails on a wheelset),
-        wear_number [N] (sum over wheels of abs(T_x u_x) + abs(T_y u_y), and of the flanges), flange_contact
-        (abs(e_i) >= clearance), wheelsets (forces and Y/Q of the wheels, see `wheel_forces`), derailment_quotient (the
+        displacement e_i [m], angle_of_attack psi_i [rad], guiding_force Q_yi [N] (lateral, of the rails on a wheelset,
+        positive to the right), wear_number [N] (sum over all wheels of abs(T_x u_x) + abs(T_y u_y), and of the
+        flanges, without the spin moment), flange_contact (abs(e_i) >= clearance), wheelsets (forces, Y/Q and wear
+        number of the wheels, see `wheel_forces`), derailment_quotient (the
         largest of them), notes. None if the iteration finds no equilibrium.
 
     Raises
@@ -96,8 +99,13 @@ def result_dict(model: Model, equilibria: Equilibria, k: int, radius: float, can
         "wear_number": float(equilibria.wear_number[k]) if is_solved else None,
         "flange_contact": touching,
         **forces,
-        "notes": _notes(model, equilibria, k, touching) + quotient_notes(forces),
+        "notes": _notes(model, equilibria, k, touching) + quotient_notes(forces) + _friction_notes(model),
     }
+
+
+def _friction_notes(model: Model) -> list[str]:
+    """Return a note on creep forces that no friction limits."""
+    return [] if creep_friction_of(model) is not None else [NO_FRICTION_NOTE]
 
 
 def _notes(model: Model, equilibria: Equilibria, k: int, touching: list[bool] | None) -> list[str]:

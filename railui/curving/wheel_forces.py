@@ -30,9 +30,9 @@ def wheel_forces(model: Model, equilibria: Equilibria, k: int) -> dict[str, Any]
     Returns
     -------
     dict
-        wheelsets: for each its guiding_force [right, left] in N, outward from the track positive, wheel_load Q in N and
-        derailment_quotient Y/Q, None of a wheel that lifts; derailment_quotient: the largest, and its limit
-        derailment_quotient_limit. Q is static in a model without roll.
+        wheelsets: for each its guiding_force [right, left] in N, outward from the track positive, wheel_load Q in N,
+        derailment_quotient Y/Q, None of a wheel that lifts, and wear_number in N; derailment_quotient: the largest, and
+        its limit derailment_quotient_limit. Q is static in a model without roll.
     """
     limits = SafetyLimits.of(model)
     result: dict[str, Any] = {"wheelsets": None, "derailment_quotient": None}
@@ -44,6 +44,7 @@ def wheel_forces(model: Model, equilibria: Equilibria, k: int) -> dict[str, Any]
                 "guiding_force": Y[i].tolist(),
                 "wheel_load": Q[i].tolist(),
                 "derailment_quotient": [float(q) if np.isfinite(q) else None for q in quotient[i]],
+                "wear_number": equilibria.wheel_wear[k, i].tolist(),
             }
             for i in range(len(Y))
         ]

@@ -24,7 +24,7 @@ from railui.vehicle.simulate import simulate_series
 INDEPENDENT: Final = "own, worked out twice independently"
 BROERSEN: Final = "own, worked out twice from the equations of Broersen 1976, which has no such values"
 SEPARATE_CODE: Final = "own, ramps of the speed by a separate code"
-KAAS_PETERSEN: Final = "Cooperrider 1972, Kaas-Petersen 1986; bifurcation.de, exd10: 68.66 m/s"
+KAAS_PETERSEN: Final = "Cooperrider 1972, Kaas-Petersen 1986; bifurcation.de, exd10: 68.66, printed there as mph"
 
 CHECK_BOGIE: Final = """
 vehicle:

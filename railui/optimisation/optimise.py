@@ -31,6 +31,7 @@ from railui.optimisation.sensitivity import one_at_a_time, sobol
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
 from railui.progress import SILENT, Progress
+from railui.ride_quality.comfort import fixed_transfer_note
 from railui.ride_quality.evaluation import ride_result
 from railui.ride_quality.running_safety import running_safety_many
 from railui.ride_quality.score import CLASSES
@@ -86,7 +87,7 @@ def optimise(
         with the least violation. Further keys: `evaluations`, `failed` (designs that left the track or cannot be
         integrated), `failures` by reason, `hypervolume` after every generation, `riding` before and after,
         `sensitivities` of the knee (else of the unchanged vehicle) to every parameter and, with `samples`, Sobol's
-        indices, `warnings`.
+        indices, `notes` on what comfort leaves out, `warnings`.
 
     Raises
     ------
@@ -133,6 +134,7 @@ def optimise(
         "hypervolume": hypervolumes(search.history),
         "riding": {"before": riding[0], "after": None if best is None else riding[1]},
         "sensitivities": sensitivities,
+        "notes": [] if (note := fixed_transfer_note(study.design)) is None else [note],
         "warnings": result_warnings(study, DesignSpace(study.variables).to_unit(front), best),
         "seconds": time.perf_counter() - start,
     }

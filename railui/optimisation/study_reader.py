@@ -15,6 +15,7 @@ from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
 from railui.optimisation.scenarios import default_scenarios, read_scenarios
 from railui.optimisation.study import Cases, Constraint, Method, Objective, Study, Variable
 from railui.optimisation.study_schema import CasesModel, StudyModel
+from railui.ride_quality.comfort import fixed_transfer_note
 from railui.vehicle.design import Design
 from railui.vehicle.effects import Catalogue
 from railui.vehicle.reference import load_named_design
@@ -25,6 +26,11 @@ SINGLE_OBJECTIVE_METHODS: Final = ("cmaes", "de")
 MULTI_OBJECTIVE_METHODS: Final = ("nsga2", "nsga3")
 # from this number of objectives on most designs are nondominated: reference directions select better than crowding
 MIN_OBJECTIVES_FOR_NSGA3: Final = 4
+COMFORT_KEYS: Final = frozenset(
+    {"score", "comfort_hours", "weighted_acceleration", "weighted_acceleration_1974", "n_mv", "wz"}
+)
+# through the floor transfer; those in yaw act on the motion of the frame only
+LATERAL_SECONDARY: Final = ("vehicle.secondary.lateral_stiffness", "vehicle.secondary.lateral_damping")
 
 
 def load_study(
@@ -60,6 +66,9 @@ def load_study(
     _check_draws(cases, design, findings)
     if findings.errors() or design is None or model is None:
         raise FileProblems(findings.errors())
+    _warn_of_fixed_transfer(
+        design, variables, [*(each.key for each in objectives), *(each.key for each in constraints)], findings
+    )
     return Study(
         name=model.name or source.stem,
         design=design,
@@ -89,6 +98,21 @@ def _check_draws(cases: Mapping[str, Any], design: Design | None, findings: Find
         findings.add(
             "cases.draws", "the vehicle has no adjustment to draw from", "name an adjusted.yaml, or set draws: 0"
         )
+
+
+def _warn_of_fixed_transfer(
+    design: Design, variables: Sequence[Variable], keys: Sequence[str], findings: Findings
+) -> None:
+    """Warn of lateral secondary parameters that vary with an objective or constraint of comfort, without a carbody."""
+    note = fixed_transfer_note(design)
+    if note is None or COMFORT_KEYS.isdisjoint(keys):
+        return
+    for variable in variables:
+        if variable.path in LATERAL_SECONDARY:
+            reason, _, remedy = note.partition("; ")
+            findings.warn(
+                f"variables.{variable.path}", f"varies, but comfort is the {reason.removeprefix('comfort: ')}", remedy
+            )
 
 
 def _cases(model: CasesModel, scenarios: tuple[Mapping[str, Any], ...]) -> Cases:

@@ -21,7 +21,7 @@ from railui.ride_quality.weighting import (
     transmissibility,
     weighted_rms,
 )
-from railui.vehicle.design import RidingSettings
+from railui.vehicle.design import Design, RidingSettings
 from railui.vehicle.model import Model
 
 MINUTE: Final = 60.0  # s
@@ -55,6 +55,24 @@ def felt_acceleration(model: Model) -> tuple[str, ...]:
 def carbody_effect(model: Model) -> int | None:
     """Return the index of the effect that adds a carbody above the frame, None if there is none."""
     return next((i for i, e in enumerate(model.design.effects) if adds_body(e.kind)), None)
+
+
+def fixed_transfer_note(design: Design) -> str | None:
+    """Return a note where comfort rests on a fixed transfer from the frame to the floor, None with a carbody.
+
+    A design without a carbody ends at a secondary suspension that is fixed above: its stiffness and damping hold the
+    frame, and do not pass its motion on.
+    """
+    has_floor = design.structure is not None and bool(design.structure.floor)
+    if has_floor or any(adds_body(effect.kind) for effect in design.effects):
+        return None
+    riding = design.riding
+    return (
+        "comfort: acceleration of the frame through a fixed transfer to the floor "
+        f"({riding.floor_frequency:g} Hz, damping {riding.floor_damping:g}), "
+        "which does not follow the secondary suspension; "
+        "judge secondary springs and dampers with coach_mode or a vehicle with a carbody"
+    )
 
 
 def riding_of_row(model: Model, row: FloatArray) -> RidingSettings:

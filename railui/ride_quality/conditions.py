@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from railui.ride_quality.comfort import carbody_effect
+from railui.ride_quality.comfort import carbody_effect, fixed_transfer_note
 from railui.ride_quality.statistics import BLOCK_DURATION, is_guided_by_force
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
@@ -28,6 +28,14 @@ def duration_notes(excitation: Excitation) -> list[str]:
     return [f"a ride of {duration:.3g} s: its statistics are those of this place, take {SHORT_DURATION:g} s or more"]
 
 
+def comfort_notes(model: Model) -> list[str]:
+    """Return notes on what the comfort of a model leaves out."""
+    notes = [] if (note := fixed_transfer_note(model.design)) is None else [note]
+    if carbody_effect(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
+        notes.append("comfort: what other effects at secondary_lateral do to the coach itself is left out")
+    return notes
+
+
 def guidance_limit(model: Model, limit: float, excitation: Excitation) -> tuple[float, list[str]]:
     """Return the limit of guidance, widened by half the mean gauge deviation if the design asks for it, and notes."""
     notes = []
@@ -36,6 +44,4 @@ def guidance_limit(model: Model, limit: float, excitation: Excitation) -> tuple[
     elif model.design.gauge_widens_clearance:
         limit += float(excitation.track.gauge.mean()) / 2
         notes.append("clearance: widened by half the gauge, of which flange_margin takes mean and spread")
-    if carbody_effect(model) is not None and sum(e.at == "secondary_lateral" for e in model.design.effects) > 1:
-        notes.append("comfort: what other effects at secondary_lateral do to the coach itself is left out")
     return limit, notes

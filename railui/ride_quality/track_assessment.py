@@ -13,6 +13,7 @@ from railui.arrays import FloatArray
 from railui.core import sosfilt
 from railui.dsp.spectra import detrend
 from railui.ride_quality.comfort import CARBODY_CENTRE, carbody_effect, comfort_sections
+from railui.ride_quality.conditions import comfort_notes
 from railui.ride_quality.evaluation import TrackLike, excitation_of
 from railui.ride_quality.guiding_forces import MEAN_LENGTH, GuidingForces, guiding_force_channels, wheel_load_paths
 from railui.ride_quality.running_safety import SAFETY_KEYS, safety_of
@@ -119,7 +120,7 @@ def assess(
         "derailment_quotient_limit": SafetyLimits.of(model).quotient,
         "stretches": [results[i] for i in order],
         "agreement": rank_correlation(sd, severities),
-        "notes": [*excitation.source.notes, *ride.notes()],
+        "notes": [*excitation.source.notes, *comfort_notes(model), *ride.notes()],
     }
 
 

@@ -85,7 +85,7 @@ WHEELSET_CONTACT = (
     Parameter("roll", "sigma", "1", ROLL, 0.05, CHECK, -5.0, 5.0, usual_range=(0.0, 0.2), prior_sd=0.01),
 )
 SPIN_CREEP, CLEARANCE = "spin creep coefficient over wheel load", "clearance between flange and rail"
-NEW_WHEELS = "7 mm, new wheels on 1435 mm"
+NEW_WHEELS = "7 mm, S1002 on 60E1 at a gauge of 1436 to 1437 mm"
 CONTACT = (
     *(
         replace(

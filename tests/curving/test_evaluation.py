@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from railui.cli import cli
 from railui.curving import curve, curve_many, curves
 from railui.curving.equilibrium import solve_equilibria
+from railui.ride_quality.running_safety import NO_FRICTION_NOTE
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
@@ -66,6 +67,7 @@ def test_creepages_and_forces_are_those_of_the_model() -> None:
             y_j = (-1) ** (j + 1) * n * gamma + t_y
             q_y -= y_j
             wear += abs(t_x * u_x) + abs(t_y * u_y)
+            assert wheels["wear_number"][j - 1] == pytest.approx(abs(t_x * u_x) + abs(t_y * u_y), rel=1e-6)
             outward = (-1) ** (j + 1) * y_j
             assert wheels["guiding_force"][j - 1] == pytest.approx(outward, rel=1e-6)
             assert wheels["derailment_quotient"][j - 1] == pytest.approx(outward / n, rel=1e-6)
@@ -96,6 +98,21 @@ def test_friction_at_the_flange_by_hand() -> None:
         assert q == pytest.approx(q_y, rel=1e-6)
     assert result["wear_number"] == pytest.approx(wear, rel=1e-6)
     assert wear > 1.3 * curve(CHECK.with_effects([FLANGE]), 300.0)["wear_number"]
+
+
+def test_the_wear_of_a_flange_is_that_of_the_outer_wheel() -> None:
+    rubbing = PlacedEffect("flange_contact", "contact", None, {"friction": 0.3})
+    for radius, outer in ((300.0, 1), (-300.0, 0)):
+        result = curve(CHECK.with_effects([CREEP, rubbing]), radius)
+        wheels = np.array([wheelset["wear_number"] for wheelset in result["wheelsets"]])
+        assert result["flange_contact"] == [True, False]
+        assert wheels.sum() == pytest.approx(result["wear_number"], rel=1e-12)
+        assert wheels[0, outer] > 2.0 * wheels[0, 1 - outer]
+
+
+def test_creep_forces_without_friction_are_noted() -> None:
+    assert NO_FRICTION_NOTE in curve(CHECK, 600.0)["notes"]
+    assert NO_FRICTION_NOTE not in curve(CHECK.with_effects([CREEP]), 600.0)["notes"]
 
 
 def test_a_curve_to_the_left_is_its_mirror_image() -> None:

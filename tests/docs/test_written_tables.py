@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
 import pytest
@@ -18,6 +19,28 @@ import columns
 def test_a_page_has_the_tables_that_its_script_writes(module: object) -> None:
     text = (ROOT / "docs" / ("columns.md" if module is columns else "blind.md")).read_text("utf-8")
     assert module.page(text) == text  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("name", blind_summary.SENTENCES)
+def test_sentences_have_the_counts_of_the_trial(name: str) -> None:
+    text = (ROOT / name).read_text("utf-8")
+    assert blind_summary.with_sentences(name, text) == text
+
+
+def test_counts_are_written_across_lines() -> None:
+    text = "Of these 1 of\n200 were recognised and 33 were given the name of a library effect."
+    first, second, third = blind_summary.sentence_counts(blind_summary.OUTSIDE)
+    written = blind_summary.with_sentences("docs/limits.md", text)
+    assert written == text.replace("200", str(second)).replace("33", str(third)).replace("these 1", f"these {first}")
+    with pytest.raises(ValueError, match="lacks the sentence"):
+        blind_summary.with_sentences("docs/limits.md", "no such sentence")
+
+
+def test_the_first_hour_counts_the_standard_deviations_of_its_table() -> None:
+    text = (ROOT / "docs/first_hour.md").read_text("utf-8")
+    value, sd = map(float, re.search(r"half_width │ ([\d.]+) mm +│ ([\d.]+) mm", text).groups())  # type: ignore[union-attr]
+    stated, planted = map(float, re.search(r"is ([\d.]+) standard deviations below .* ([\d.]+) mm", text).groups())  # type: ignore[union-attr]
+    assert round((planted - value) / sd, 1) == stated
 
 
 def test_the_summary_refuses_a_trial_without_a_row() -> None:

@@ -39,6 +39,18 @@ def study(tmp_path: Path, bogie: str) -> Callable[..., Study]:
     return read
 
 
+def test_a_lateral_secondary_parameter_is_warned_of_where_comfort_does_not_follow_it(
+    study: Callable[..., Study],
+) -> None:
+    damping = ("vehicle.secondary.yaw_damping: [5e3, 200 kN*m*s/rad]", "vehicle.secondary.lateral_damping: [1e4, 1e5]")
+    guidance = [("{minimise: weighted_acceleration, over: mean}, ", ""), ('"comfort_hours >= 90 min", ', "")]
+    (warning,) = study(damping).warnings
+    assert warning.key == "variables.vehicle.secondary.lateral_damping" and warning.line == 2
+    assert "fixed transfer" in warning.message and "coach_mode" in warning.remedy
+    assert len(study(damping, guidance[0]).warnings) == 1  # the constraint on comfort
+    assert not study(damping, *guidance).warnings and not study().warnings
+
+
 def test_a_study_is_read_in_si(study: Callable[..., Study]) -> None:
     read = study()
     assert [(v.path, v.lowest, v.highest, v.unit) for v in read.variables] == [

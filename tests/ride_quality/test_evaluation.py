@@ -13,7 +13,7 @@ from scipy import signal
 from railui.bench.standard_job import bogie_model
 from railui.dsp.discretise import discretise
 from railui.io.problems import FileProblems
-from railui.ride_quality.comfort import comfort_point_transfer
+from railui.ride_quality.comfort import comfort_point_transfer, fixed_transfer_note
 from railui.ride_quality.evaluation import excitation_of, ride, ride_many, simulate, simulate_rides
 from railui.ride_quality.statistics import ride_statistics
 from railui.ride_quality.weighting import W_D, cascade, comfort_cascades, weighted_rms
@@ -212,6 +212,27 @@ def test_goods_are_scored_by_rms_and_peak_at_the_load() -> None:
         ride(BOGIE.with_values({"riding.use": "goods"}), LOW, 40.0)
 
 
+def test_comfort_without_a_carbody_is_noted() -> None:
+    (note,) = (note for note in ride(BOGIE, LOW, 40.0)["notes"] if "fixed transfer" in note)
+    assert "(1.2 Hz, damping 0.2), which does not follow the secondary suspension" in note
+    for name, is_noted in (("cooperrider", True), ("manchester_coach", False)):
+        design = load_design(HOME / f"designs/{name}.yaml")
+        assert (fixed_transfer_note(design) is not None) == is_noted
+
+
+def test_a_stronger_secondary_damper_seems_to_give_comfort_without_a_carbody() -> None:
+    """The figures of docs/limits.md: a damper of 60 instead of 15 kN s/m, with and without a carbody of 15 t."""
+    track, path = "erri_b176_low length=2000", "vehicle.secondary.lateral_damping"
+    coach = {"kind": "coach_mode", "at": "secondary_lateral", "mass": 15e3, "stiffness": 2e5}
+    pairs = {
+        0.99: [BOGIE.with_values({path: damping}) for damping in (15e3, 60e3)],
+        1.6: [with_effects(coach | {"damping": damping}) for damping in (15e3, 60e3)],
+    }
+    for ratio, designs in pairs.items():
+        weak, strong = (ride(design, track, 40.0)["weighted_acceleration"] for design in designs)
+        assert strong / weak == pytest.approx(ratio, abs=0.01)
+
+
 def test_a_modelled_carbody_is_the_comfort_point() -> None:
     coach = {"kind": "coach_mode", "at": "secondary_lateral", "mass": 12e3, "stiffness": 3e5, "damping": 3e4}
     design = with_effects(coach)
@@ -220,6 +241,7 @@ def test_a_modelled_carbody_is_the_comfort_point() -> None:
     felt = signal.sosfilt(discretise(W_D, 0.0025), np.gradient(np.gradient(y_coach, 0.0025), 0.0025))
     result = ride(design, LOW, 40.0)
     assert result["comfort_point"].startswith("coach")
+    assert not any("fixed transfer" in note for note in result["notes"])
     assert result["weighted_acceleration"] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=2e-3)
 
 

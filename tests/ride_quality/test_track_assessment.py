@@ -50,6 +50,7 @@ def test_guiding_forces_of_sections_are_those_of_the_ride(design: Path) -> None:
     quotients = [one["derailment_quotient"] for one in result["stretches"]]
     assert min(quotients) < whole["derailment_quotient"] <= max(quotients)
     assert any("planar" in note for note in result["notes"]) == (design == BOGIE)
+    assert any("fixed transfer" in note for note in result["notes"]) == (design == BOGIE)
 
 
 def test_a_section_has_the_statistics_of_the_whole_ride_in_it() -> None:

@@ -84,13 +84,13 @@ def frame_acceleration(current: DesignResults, base: DesignResults) -> PlotData:
 
 
 def curving(current: DesignResults, base: DesignResults) -> PlotData:
-    """Plot the sum of guiding forces of the leading wheelset in curves without cant deficiency."""
+    """Plot the lateral force of the rails on the leading wheelset in curves without cant deficiency."""
     lines = [
         Line(np.array(CURVE_RADII), KN_PER_N * results.guiding_force[:, 0], label, role)
         for results, label, role in _labelled(current, base)
         if results.guiding_force is not None
     ]
-    y = Axis("sum Y, leading", "kN")
+    y = Axis("force of the rails, leading", "kN")
     return PlotData(
         Axis("R", "m", log=True), y, lines, placeholder="computing curving ...", difference=_difference(lines, "kN")
     )

@@ -106,13 +106,13 @@ def draw_critical_speeds(ax: Axes, result: Mapping[str, Any]) -> None:
 CURVE_PANELS: Final = (
     ("displacement", 1e3, "e [mm]"),
     ("angle_of_attack", 1e3, "angle of attack [mrad]"),
-    ("guiding_force", 1e-3, "sum of guiding forces [kN]"),
+    ("guiding_force", 1e-3, "force of the rails [kN]"),
     ("wear_number", 1.0, "wear number [N]"),
 )
 
 
 def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
-    """Write a figure of displacement, angle of attack, guiding forces and wear number against radius."""
+    """Write a figure of displacement, angle of attack, force of the rails and wear number against radius."""
     with stacked_axes(path, len(CURVE_PANELS), 1.7) as axes:
         for ax, (key, _, _) in zip(axes, CURVE_PANELS, strict=True):
             draw_curve_panel(ax, cases, key)
