@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from railui.identification.result import LoopResult
 from railui.identification.structure.stage import indistinguishable_kinds
 from railui.vehicle.design_reader import PlacedEffect
 from tests.blind.cases import PlantedCase, is_same_family, joint_of
+from tests.blind.true_floor import Columns, true_noise_floor
 from tests.truth.campaign import Campaign
 from tests.truth.effects import Effect
 from tests.truth.files import paths
@@ -81,15 +82,19 @@ class TrialRow:
 
 @dataclass(frozen=True)
 class Truth:
-    """True numbers by their paths in design files, and the effects as they were on the estimation run."""
+    """True numbers by their paths in design files, and the effects as they were on the estimation run.
+
+    clean: columns without noise of every run, by its letter; empty: not known.
+    """
 
     values: Mapping[str, float]
     effects: Sequence[Effect]
+    clean: Mapping[str, Columns] = field(default_factory=dict)
 
 
 def truth_of(case: PlantedCase, campaign: Campaign) -> Truth:
     """Return the truth of a bogie's campaign."""
-    return Truth(paths(campaign.vehicle), campaign.effects["a"][: len(case.effects)])
+    return Truth(paths(campaign.vehicle), campaign.effects["a"][: len(case.effects)], campaign.clean)
 
 
 def run_case(
@@ -111,6 +116,9 @@ def run_case(
         row = replace(row, sensors=case.sensors, scores=_scores(row, case, truth, result))
         if case.sort in ("catalogue", "two", "three"):
             row = replace(row, oracle=oracle_error(create_context(dataset, jobs=1), truth))
+        if case.sort == "outside" and truth.clean:
+            context = create_context(dataset, jobs=1)
+            row = replace(row, oracle=true_noise_floor(context, result.before.model, truth.clean))
         if excluded and row.right_class and case.effects:
             row = _repeat_without(row, case, dataset, result)
     except Exception as problem:

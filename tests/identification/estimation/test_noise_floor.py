@@ -12,6 +12,7 @@ from railui.identification.estimation.noise_floor import _interval, estimate_noi
 from railui.progress import Progress
 from railui.vehicle.model import Model
 from tests.blind.simulated import simulated_campaign
+from tests.blind.true_floor import true_noise_floor
 
 
 class Lines(Progress):
@@ -53,3 +54,10 @@ def test_the_interval_of_a_rig_has_the_uncertainty_of_its_input() -> None:
     low, high = _interval(noise, ["u"], [{"z": 0.2}], [{"z": 0.2 / np.sqrt(2.0)}], 0.0)
     ends = 0.2 * np.sqrt(0.5 * (1.0 + np.exp(2.0 * 0.5 * 1.645 * np.array([-1.0, 1.0]))))
     np.testing.assert_allclose([low, high], ends, rtol=0.03)
+
+
+def test_the_floor_from_the_noise_that_the_generator_added_is_the_estimated_one() -> None:
+    simulated = simulated_campaign()
+    estimated = estimate_noise_floor(simulated.context, simulated.true_model, simulated.dataset.validation)
+    added = true_noise_floor(simulated.context, simulated.true_model, simulated.truth.clean)
+    assert added == pytest.approx(estimated.nrmse, rel=0.1)
