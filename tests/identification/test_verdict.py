@@ -44,7 +44,7 @@ def test_the_standard_error_is_that_of_a_ratio_over_blocks():
     assert explained is not None and explained.standard_error is not None
     n, total = 4, before.sum() - 0.01
     scatter = (before - after) - explained.value * (before - 0.01 / n)
-    assert explained.standard_error == pytest.approx(np.sqrt(n) * scatter.std() / total)
+    assert explained.standard_error == pytest.approx(np.sqrt(n) * scatter.std(ddof=1) / total)
 
 
 def test_the_spread_of_the_floor_widens_the_standard_error():
