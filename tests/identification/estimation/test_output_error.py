@@ -190,7 +190,7 @@ class DivergesOnce(GaussNewton):
             self.start = x
         elif self.refused is None:
             self.refused, self.segments = x, []
-            raise DivergedError
+            raise DivergedError("the vehicle diverges")
         return super().linearise(x)
 
 
