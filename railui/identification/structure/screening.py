@@ -18,6 +18,7 @@ from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult, signed_rho
 from railui.identification.structure.locations import Element, estimated_elements, joint_key
 from railui.identification.structure.score_test import ScoreTestResult
+from railui.io.problems import FileProblems
 from railui.parallel import map_threads
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
@@ -232,8 +233,8 @@ class ScreeningFits:
             for effect, phases in points:
                 model = model.with_effect(effect, phases)
             segments = adapt_to_model(self.context, model, self.segments, self.max_steps)
-        except SimulationError:
-            return None  # this starting point cannot be simulated; another may
+        except (SimulationError, FileProblems):
+            return None  # this starting point cannot be simulated, or is outside the limits of its law; another may do
         effect_paths = model.effect_paths()
         # a segment has one phase of each rotating part
         lanes = core.LANES - 1 - len(effect_paths) - len(model.run_dependent_paths())
