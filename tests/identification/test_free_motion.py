@@ -255,7 +255,7 @@ def test_a_fit_that_follows_its_motion_is_left_as_it_is(tmp_path: Path):
 def test_a_decay_of_a_hardening_spring_starts_where_its_speed_or_acceleration_says(tmp_path: Path, column: str):
     rig, start = Rig(m=2.0, k=1800.0, c=1.5), (0.02, 0.1)
     t = np.arange(800) * 0.005
-    series = respond(rig, t, None, [effect("cubic_stiffness", "rig", stiffness=8e6)], start, lively=start[0])
+    series = respond(rig, t, None, [effect("cubic_stiffness", "rig", stiffness=8e6)], start, steps=8)
     units = {"t": "s", "vz": "m/s", "az": "m/s^2"}
     (tmp_path / "rig.yaml").write_text(rig.text() + "effects: [{kind: cubic_stiffness, at: rig, stiffness: 8e6}]\n")
     (tmp_path / "campaign.yaml").write_text(campaign_text("decay", "rig.yaml", {}))

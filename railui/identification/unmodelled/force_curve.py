@@ -18,11 +18,13 @@ from railui.identification.estimation.problem import FitSegment, adapt_to_model
 from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import driven_locations
 from railui.identification.structure.locations import Numbers, distinct_locations, location_numbers
+from railui.io.problems import FileProblems
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.effects import WHEELSET_LOCATIONS
 from railui.vehicle.model import Model
 
 TOLERANCE = 1e-5
+MIN_VISIT_SHARE = 1e-9  # of the squared response to the most visited point of a curve, which any other counts with
 MAX_ITERATIONS = 15
 CURVE_LOCATIONS = (
     "secondary_lateral",
@@ -74,7 +76,7 @@ def fit_curve(context: Context, fit: Fit, location: CurveLocation, force: FloatA
             tolerance=TOLERANCE,
             max_iterations=MAX_ITERATIONS,
         )
-    except SimulationError:
+    except (SimulationError, FileProblems):  # a point that the motion hardly visits may have a force beyond all limits
         return None
 
 
@@ -143,7 +145,9 @@ def explained_by_curve(
             return 0.0, np.zeros(n)
         rows = np.vstack([base.reshape(parameters, -1), sensitivities.reshape(n, -1)])
         gram += rows @ rows.T
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    squares = np.diag(gram).copy()
+    squares[parameters:] = np.maximum(squares[parameters:], MIN_VISIT_SHARE * squares[parameters:].max())
+    scale = 1.0 / np.sqrt(np.maximum(squares, 1e-300))
     gram = gram * np.outer(scale, scale)
     normal = gram[1:parameters, 1:parameters] + 1e-9 * np.eye(parameters - 1)
     normal_with_curve = gram[1:, 1:] + 1e-9 * np.eye(size - 1)
@@ -160,8 +164,9 @@ def roughness(scale: FloatArray) -> FloatArray:
 
     It is relative to that of independent ordinates. A straight line has none.
 
-    >>> float(np.array([1.0, 1.0, 1.0]) @ roughness(np.array([1.0, 2.0, 3.0])) @ np.array([1.0, 1.0, 1.0]))
-    0.0
+    >>> x = np.array([1.0, 1.0, 1.0])
+    >>> bool(abs(x @ roughness(np.array([1.0, 2.0, 3.0])) @ x) < 1e-12)
+    True
     """
     second_difference = np.diff(np.eye(len(scale)), 2, axis=0) * scale
     return np.asarray(second_difference.T @ second_difference / np.mean(second_difference**2))
