@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from railui.campaign.segment import Segment
-from railui.dsp.spectra import hann, periodogram
+from railui.dsp.spectra import hann_periodogram, periodogram
 
 MIN_PERIODS = 10  # of the motion in a record
 POWER_SHARE = 0.9  # of a record, below its highest frequency of motion
@@ -47,5 +47,5 @@ def is_free_decay(segment: Segment) -> bool:
 def motion_frequency(segment: Segment) -> float:
     """Frequency [Hz] at which the first channel has most power."""
     x = segment.columns[segment.channels[0]]
-    f, density = periodogram((x - x.mean()) * hann(len(x)), 1.0 / segment.dt)
+    f, density = hann_periodogram(x, 1.0 / segment.dt)
     return float(f[int(np.argmax(density))])

@@ -11,12 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from railui.arrays import FloatArray
 from railui.campaign.noise.bounds import is_flat, quiet_level
-from railui.campaign.segment import MOTION_FILTER_ORDER, Segment
+from railui.campaign.segment import Segment, smooth_motion
 from railui.campaign.settings.noise import NoiseSettings
-from railui.dsp.filters import butterworth, sosfiltfilt
-from railui.dsp.spectra import hann, periodogram
+from railui.dsp.spectra import hann, hann_periodogram
 
 DIFFERENTIATED = {"base_displacement": ("u",), "motion": ("z", "vz")}  # inputs of a rig whose speed acts on it
 SMOOTHED_LINES = 5  # of a periodogram, in a moving mean
@@ -51,7 +49,7 @@ def motion_bandwidth(segment: Segment, column: str, settings: NoiseSettings) -> 
     if quiet is None or not is_flat(segment, column, tolerance):
         return None
     x, rate, noise = segment.columns[column], 1.0 / segment.dt, float(np.exp(quiet.log))
-    f, density = periodogram((x - x.mean()) * hann(len(x)), rate)
+    f, density = hann_periodogram(x, rate)
     white = 2.0 * segment.dt * noise**2 * float(np.mean(hann(len(x)) ** 2))
     smooth = np.convolve(density, np.full(SMOOTHED_LINES, 1.0 / SMOOTHED_LINES), "same")
     above = np.flatnonzero(smooth > settings.motion_noise_ratio * white)
@@ -64,9 +62,7 @@ def motion_bandwidth(segment: Segment, column: str, settings: NoiseSettings) -> 
 
 def _speed_noise_share(segment: Segment, column: str, limit: float, noise: float) -> float:
     """Noise of the speed over the speed below the low-pass, both as standard deviations."""
-    motion: FloatArray = sosfiltfilt(
-        butterworth(MOTION_FILTER_ORDER, [limit], 1.0 / segment.dt), segment.columns[column]
-    )
+    motion = smooth_motion(segment.columns[column], limit, segment.dt)
     if column == "vz":
         return noise / max(float(motion.std()), 1e-300)
     speed = float(np.gradient(motion, segment.dt).std())

@@ -29,6 +29,11 @@ class SegmentKey(NamedTuple):
     load: str | None = None
 
 
+def smooth_motion(x: FloatArray, limit: float, dt: float) -> FloatArray:
+    """Filter a prescribed motion [n] forwards and backwards through the low-pass with an edge [Hz]."""
+    return np.asarray(sosfiltfilt(butterworth(MOTION_FILTER_ORDER, [limit], 1.0 / dt), x))
+
+
 @dataclass(frozen=True, eq=False)
 class Segment:
     """An unbroken part of a measured run.
@@ -233,10 +238,7 @@ class Segment:
 
     def _without_motion_noise(self, columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:
         """Return the columns of a rig, its noisy prescribed motions below their low-pass."""
-        smooth = {
-            c: sosfiltfilt(butterworth(MOTION_FILTER_ORDER, [limit], 1.0 / self.dt), columns[c])
-            for c, limit in self.motion_bandwidth.items()
-        }
+        smooth = {c: smooth_motion(columns[c], limit, self.dt) for c, limit in self.motion_bandwidth.items()}
         return {**columns, **smooth}
 
     def measured(self, channels: Sequence[str]) -> FloatArray:

@@ -11,8 +11,7 @@ import numpy as np
 from railui import core
 from railui.curving.equilibrium import Equilibria, solve_equilibria
 from railui.curving.wheel_forces import quotient_notes, wheel_forces
-from railui.ride_quality.running_safety import NO_FRICTION_NOTE
-from railui.ride_quality.safety_limits import creep_friction_of
+from railui.ride_quality.running_safety import friction_notes
 from railui.vehicle.design_reader import Design
 from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
@@ -99,13 +98,8 @@ def result_dict(model: Model, equilibria: Equilibria, k: int, radius: float, can
         "wear_number": float(equilibria.wear_number[k]) if is_solved else None,
         "flange_contact": touching,
         **forces,
-        "notes": _notes(model, equilibria, k, touching) + quotient_notes(forces) + _friction_notes(model),
+        "notes": _notes(model, equilibria, k, touching) + quotient_notes(forces) + friction_notes(model),
     }
-
-
-def _friction_notes(model: Model) -> list[str]:
-    """Return a note on creep forces that no friction limits."""
-    return [] if creep_friction_of(model) is not None else [NO_FRICTION_NOTE]
 
 
 def _notes(model: Model, equilibria: Equilibria, k: int, touching: list[bool] | None) -> list[str]:

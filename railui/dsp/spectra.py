@@ -156,6 +156,18 @@ def periodogram(x: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
     return np.asarray(np.fft.rfftfreq(len(x), 1.0 / rate)), _one_sided(density, len(x))
 
 
+def hann_periodogram(x: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
+    """Return frequencies [Hz] and the one-sided power density of a series less its mean, times a Hann window.
+
+    The density is that of the product: 3/8, the mean square of the window, of that of a stationary series.
+
+    >>> f, power = hann_periodogram(np.sin(2 * np.pi * 3.0 * np.arange(100) / 100.0), 100.0)
+    >>> float(f[np.argmax(power)]), round(float(power.sum() * f[1]), 12)
+    (3.0, 0.1875)
+    """
+    return periodogram((x - x.mean()) * hann(len(x)), rate)
+
+
 def correlate(x: FloatArray, y: FloatArray) -> FloatArray:
     """Return the sums of x[i + lag] y[i] for all lags from 1 - len(y) to len(x) - 1, by the Fourier transform.
 

@@ -170,7 +170,12 @@ def model_notes(model: Model) -> list[str]:
     limits = SafetyLimits.of(model)
     notes = [f"Y/Q: {QUASI_STATIC_NOTE if limits.has_load_transfer else STATIC_LOAD_NOTE}"]
     notes += [] if limits.has_flange else [NO_FLANGE_NOTE]
-    return notes + ([] if creep_friction_of(model) is not None else [NO_FRICTION_NOTE])
+    return notes + friction_notes(model)
+
+
+def friction_notes(model: Model) -> list[str]:
+    """Return a note on creep forces that no friction limits."""
+    return [] if creep_friction_of(model) is not None else [NO_FRICTION_NOTE]
 
 
 def _force_series(

@@ -104,7 +104,7 @@ def test_a_duffing_oscillator_swept_through_resonance_is_found(tmp_path: Path):
 
 @pytest.mark.parametrize("first", [8, 12, 28, 44])
 def test_the_start_of_a_strongly_nonlinear_decay_follows_from_its_acceleration(tmp_path: Path, first: int):
-    """Where the spring is five times as stiff as at rest, no harmonic motion relates acceleration and displacement."""
+    """A spring five times as stiff as at rest: no harmonic motion relates acceleration and displacement."""
     true, law = Rig(m=4.0, k=1600.0, c=1.2), effect("cubic_stiffness", "rig", stiffness=2e6)
     t = np.arange(1800) * 0.005
     motion = respond(true, t, None, [law], (-0.0588, 0.0), lively=0.0588)

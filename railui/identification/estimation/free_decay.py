@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.dsp.spectra import hann, periodogram
+from railui.dsp.spectra import hann_periodogram
 from railui.identification.estimation.line_power import (
     MIN_PERIODS,
     REACH,
@@ -47,9 +47,8 @@ def share_at_harmonics(predictions: Sequence[Prediction]) -> Share:
 
 def _power_at_harmonics(residual: FloatArray, motion: FloatArray, rate: float) -> LinePower:
     """Power of a residual [n] at the harmonics of a motion [n]."""
-    window = hann(len(residual))
-    f, of_motion = periodogram((motion - motion.mean()) * window, rate)
-    _, density = periodogram((residual - residual.mean()) * window, rate)
+    f, of_motion = hann_periodogram(motion, rate)
+    _, density = hann_periodogram(residual, rate)
     fundamental = float(f[int(np.argmax(of_motion))])
     if fundamental < MIN_PERIODS * f[1] or (max(HARMONICS) + REACH) * fundamental > f[-1]:
         return LinePower(0.0, 0.0, 0.0)

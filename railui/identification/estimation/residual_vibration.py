@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.dsp.spectra import hann, periodogram
+from railui.dsp.spectra import hann_periodogram
 from railui.identification.estimation.line_power import (
     MIN_PERIODS,
     REACH,
@@ -46,7 +46,7 @@ def vibration_share(predictions: Sequence[Prediction]) -> Share:
 
 def _power_about_peak(residual: FloatArray, rate: float) -> LinePower:
     """Power of a residual [n] about the frequency where it has most."""
-    f, density = periodogram((residual - residual.mean()) * hann(len(residual)), rate)
+    f, density = hann_periodogram(residual, rate)
     peak = float(f[int(np.argmax(density))])
     if peak < MIN_PERIODS * f[1] or (1.0 + REACH) * peak > f[-1]:
         return LinePower(0.0, 0.0, float(density.sum() * f[1]))
