@@ -15,7 +15,7 @@ from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
 from railui.optimisation.scenarios import default_scenarios, read_scenarios
 from railui.optimisation.study import Cases, Constraint, Method, Objective, Study, Variable
 from railui.optimisation.study_schema import CasesModel, StudyModel
-from railui.ride_quality.comfort import fixed_transfer_note
+from railui.ride_quality.comfort import fixed_transfer
 from railui.vehicle.design import Design
 from railui.vehicle.effects import Catalogue
 from railui.vehicle.reference import load_named_design
@@ -104,15 +104,13 @@ def _warn_of_fixed_transfer(
     design: Design, variables: Sequence[Variable], keys: Sequence[str], findings: Findings
 ) -> None:
     """Warn of lateral secondary parameters that vary with an objective or constraint of comfort, without a carbody."""
-    note = fixed_transfer_note(design)
-    if note is None or COMFORT_KEYS.isdisjoint(keys):
+    found = fixed_transfer(design)
+    if found is None or COMFORT_KEYS.isdisjoint(keys):
         return
+    quantity, remedy = found
     for variable in variables:
         if variable.path in LATERAL_SECONDARY:
-            reason, _, remedy = note.partition("; ")
-            findings.warn(
-                f"variables.{variable.path}", f"varies, but comfort is the {reason.removeprefix('comfort: ')}", remedy
-            )
+            findings.warn(f"variables.{variable.path}", f"varies, but comfort is the {quantity}", remedy)
 
 
 def _cases(model: CasesModel, scenarios: tuple[Mapping[str, Any], ...]) -> Cases:

@@ -58,7 +58,13 @@ def carbody_effect(model: Model) -> int | None:
 
 
 def fixed_transfer_note(design: Design) -> str | None:
-    """Return a note where comfort rests on a fixed transfer from the frame to the floor, None with a carbody.
+    """Return a note where comfort rests on a fixed transfer from the frame to the floor, None with a carbody."""
+    found = fixed_transfer(design)
+    return None if found is None else f"comfort: {'; '.join(found)}"
+
+
+def fixed_transfer(design: Design) -> tuple[str, str] | None:
+    """Return the quantity that stands for comfort where its transfer to the floor is fixed, and a remedy.
 
     A design without a carbody ends at a secondary suspension that is fixed above: its stiffness and damping hold the
     frame, and do not pass its motion on.
@@ -67,12 +73,12 @@ def fixed_transfer_note(design: Design) -> str | None:
     if has_floor or any(adds_body(effect.kind) for effect in design.effects):
         return None
     riding = design.riding
-    return (
-        "comfort: acceleration of the frame through a fixed transfer to the floor "
+    quantity = (
+        "acceleration of the frame through a fixed transfer to the floor "
         f"({riding.floor_frequency:g} Hz, damping {riding.floor_damping:g}), "
-        "which does not follow the secondary suspension; "
-        "judge secondary springs and dampers with coach_mode or a vehicle with a carbody"
+        "which does not follow the secondary suspension"
     )
+    return quantity, "judge secondary springs and dampers with coach_mode or a vehicle with a carbody"
 
 
 def riding_of_row(model: Model, row: FloatArray) -> RidingSettings:
