@@ -90,7 +90,7 @@ def curving(current: DesignResults, base: DesignResults) -> PlotData:
         for results, label, role in _labelled(current, base)
         if results.guiding_force is not None
     ]
-    y = Axis("force of the rails, leading", "kN")
+    y = Axis("rail force Qy₁", "kN")
     return PlotData(
         Axis("R", "m", log=True), y, lines, placeholder="computing curving ...", difference=_difference(lines, "kN")
     )
