@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tests.blind.assessment import ADEQUATE_RATIO, TrialRow
-from tests.blind.table import MATERIAL_RATIO, TABLE_HEAD, coverage, format_total, times
+from tests.blind.table import MATERIAL_RATIO, TABLE_HEAD, coverage, format_total, is_of_effect, times
 
 MARKS = ("<!-- coaches -->", "<!-- end of coaches -->")
 ON_FLOOR = "frames and floor"
@@ -79,10 +79,9 @@ def coach_totals(rows: Sequence[TrialRow]) -> list[str]:
         format_total("error at most 1.05 times that of the oracle, class right", [x.after <= 1.05 * x.oracle
                                                                                     for x in right]),
         format_total("too weak to count: verdict `none`", [x.verdict == "none" for x in weak]),
-        coverage("90 % intervals with the true value: parameters of the vehicle",
-                 [[z for path, z in x.z.items() if not path.startswith("effects.")] for x in rows]),
-        coverage("90 % intervals with the true value: sizes of effects",
-                 [[z for path, z in x.z.items() if path.startswith("effects.")] for x in rows]),
+        coverage("90 % intervals with the true value: parameters of the vehicle", rows,
+                 lambda path: not is_of_effect(path)),
+        coverage("90 % intervals with the true value: sizes of effects", rows, is_of_effect),
         format_total("data fault diagnosed in sound data", [bool(x.data_fault) for x in rows]),
         format_total("exceptions", [x.verdict == "exception" for x in rows]),
         format_total("diverged on a validation run", [not np.isfinite(x.after) and x.verdict != "exception"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -56,20 +57,28 @@ def _line(title: str, right: int, of: int, limits: tuple[float, float]) -> str:
     return f"| {title} | {right} of {of} | {100 * right / of:.0f} | {100 * low:.0f} to {100 * high:.0f} |"
 
 
-def coverage(title: str, scores: Sequence[Sequence[float]]) -> str:
-    """Format the share of 90 % intervals with the true value, from scores by campaign; limits by a bootstrap over them.
+def coverage(title: str, rows: Sequence[TrialRow], counts: Callable[[str], bool] = lambda path: True) -> str:
+    """Format the share of 90 % intervals with the true value, of the parameters whose path counts.
 
-    The parameters of one campaign share its noise, so that they are not independent.
+    The limits are those of a bootstrap over the seeds: the parameters of one campaign share its noise, and campaigns
+    of one seed with different effects share vehicle, tracks and noise.
     """
-    counts = [(sum(abs(z) <= NORMAL_QUANTILE_95 for z in campaign), len(campaign)) for campaign in scores if campaign]
-    if not counts:
+    by_seed: dict[int, list[bool]] = defaultdict(list)
+    for row in rows:
+        by_seed[row.number] += [abs(z) <= NORMAL_QUANTILE_95 for path, z in row.z.items() if counts(path)]
+    table = np.array([(sum(inside), len(inside)) for inside in by_seed.values() if inside])
+    if not len(table):
         return f"| {title} | 0 of 0 |  |  |"
-    table = np.array(counts)
     draws = np.random.default_rng(5).integers(len(table), size=(BOOTSTRAP_DRAWS, len(table)))
     sums = table[draws].sum(axis=1)
     low, high = np.quantile(sums[:, 0] / sums[:, 1], (0.025, 0.975))
     right, of = table.sum(axis=0)
     return _line(title, int(right), int(of), (float(low), float(high)))
+
+
+def is_of_effect(path: str) -> bool:
+    """True for the path of a parameter of an added effect."""
+    return path.startswith(("effects.", "sensors."))
 
 
 def coverage_lines(rows: Sequence[TrialRow]) -> list[str]:
@@ -78,25 +87,17 @@ def coverage_lines(rows: Sequence[TrialRow]) -> list[str]:
     def held(path: str) -> bool:
         return any(name in path for name in HELD_BY_PRIORS)
 
-    def effect(path: str) -> bool:
-        return path.startswith(("effects.", "sensors."))
-
     title = "90 % intervals with the true value"
-    by_class = {
-        "vehicle, determined by the data": lambda path: not held(path) and not effect(path),
-        "vehicle, held by a prior": held,
-        "added effects": effect,
-    }
-    lines = [coverage(f"{title}: all parameters", [list(x.z.values()) for x in rows])]
-    lines += [
-        coverage(f"{title}: {name}", [[z for path, z in x.z.items() if is_in(path)] for x in rows])
-        for name, is_in in by_class.items()
+    lines = [
+        coverage(f"{title}: all parameters", rows),
+        coverage(f"{title}: vehicle, determined by the data", rows, lambda p: not held(p) and not is_of_effect(p)),
+        coverage(f"{title}: vehicle, held by a prior", rows, held),
+        coverage(f"{title}: added effects", rows, is_of_effect),
     ]
     for name in sorted({x.nuisance for x in rows if x.scores}):
-        lines.append(coverage(f"{title}: noise {name or 'as stated'}", [list(x.z.values()) for x in rows
-                                                                         if x.nuisance == name]))  # fmt: skip
+        lines.append(coverage(f"{title}: noise {name or 'as stated'}", [x for x in rows if x.nuisance == name]))
     for name in sorted({x.sensors for x in rows if x.scores}):
-        lines.append(coverage(f"{title}: sensors {name}", [list(x.z.values()) for x in rows if x.sensors == name]))
+        lines.append(coverage(f"{title}: sensors {name}", [x for x in rows if x.sensors == name]))
     return lines
 
 

@@ -28,6 +28,11 @@ class ScoreTestSettings:
     preselection_duration: float = setting(
         12.0, unit="s", minimum=1.0, meaning="First part of every segment on which candidates are preselected."
     )
+    max_preselection_share: float = setting(
+        0.7,
+        maximum=1.0,
+        meaning="Share of the samples in the first part from which a preselection on it saves nothing.",
+    )
     preselected_candidates: int = setting(
         12, minimum=1, meaning="Candidates that are scored on the whole part after preselection."
     )
@@ -219,6 +224,11 @@ class SelectionSettings:
         0.05,
         maximum=1.0,
         meaning="Share of the estimation misfit that an effect must take to be tried together with another.",
+    )
+    worthwhile_gain_share: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Share of the minimum gain that an effect must take of the estimation misfit, where that is less.",
     )
     gain_standard_errors: float = setting(
         1.0,

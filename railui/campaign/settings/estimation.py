@@ -45,6 +45,17 @@ class CalibrationSettings:
         0.02,
         meaning="Rise of the misfit up to which estimates are corrected for their bias; beyond it their spread grows.",
     )
+    rig_parameter_range: float = setting(
+        100.0,
+        minimum=1.0,
+        meaning="Bound of a rig's parameter, in its usual size.",
+    )
+    min_slip_share: float = setting(
+        3e-3,
+        minimum=1e-9,
+        maximum=1.0,
+        meaning="Least slip speed of friction on a rig, in the standard deviation of the rate of its motion.",
+    )
     curve_prior_sd: float = setting(
         2.0,
         meaning="Prior standard deviation of the points of a force curve, in its largest force.",
@@ -149,6 +160,14 @@ class ValidationSettings:
         unit="s",
         minimum=0.1,
         meaning="Block of time over which squared validation errors are summed for the standard error of a gain.",
+    )
+    min_error_blocks: int = setting(
+        4, minimum=1, meaning="Blocks that a validation segment must exceed; a shorter one is cut into equal parts."
+    )
+    short_segment_parts: int = setting(
+        20,
+        minimum=2,
+        meaning="Equal parts into which a validation segment of few blocks is cut for the standard error of a gain.",
     )
     test_share: float = setting(
         1 / 3,

@@ -10,17 +10,14 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.vehicle.model import Model
 from railui.vehicle.parameter import is_numbered
 
 USUAL_PHASE = 0.3  # rad
-RIG_RANGE = 100.0  # bound of a rig's parameter, in its usual size
 RIG_ANGULAR_FREQUENCY = 62.8  # rad/s: 10 Hz
 RIG_DAMPING_RATIO = 0.1
-LEAST_SLIP_SHARE = 3e-3  # of the rms rate of the motion
 BOUND_WIDTH = 1e-6  # of the usual size: an estimate so near a bound counts as being on it
 RATE_ORDER = {"z": 1, "vz": 0, "az": -1}  # powers of the angular frequency that make a rate of a channel
 
@@ -108,7 +105,7 @@ def _bounds(context: Context, model: Model, path: str) -> _Bounds:
         share = context.settings.calibration.element_prior_share
         bounds = replace(bounds, prior=nominal, prior_sd=share * abs(nominal))
     if model.design.form == "rig" and path.endswith(".slip_speed"):
-        return replace(bounds, low=min(max(bounds.low, least_slip_speed(context.dataset.estimation)), bounds.high))
+        return replace(bounds, low=min(max(bounds.low, least_slip_speed(context)), bounds.high))
     return bounds
 
 
@@ -129,7 +126,7 @@ def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
     if not np.isfinite(usual[1]):
         usual = (min(0.0, 10 * nominal), max(10 * nominal, 1.0))
     if path.startswith("vehicle.rig"):
-        reach = RIG_RANGE * max(abs(nominal), rig_scale(context, model, path))
+        reach = context.settings.calibration.rig_parameter_range * max(abs(nominal), rig_scale(context, model, path))
         usual = (-reach if path.endswith(("gain", "preload")) else 0.0, reach)
     low = min(usual[0], 0.1 * nominal)
     high = max(usual[1], 10 * nominal)
@@ -160,14 +157,14 @@ def _effect_bounds(model: Model, path: str, curve_prior_sd: float) -> _Bounds:
     )
 
 
-def least_slip_speed(segments: Sequence[Segment]) -> float:
-    """Slip speed [of z per s] of a rig below which these runs do not distinguish friction from Coulomb's."""
+def least_slip_speed(context: Context) -> float:
+    """Slip speed [of z per s] of a rig below which the estimation runs do not distinguish friction from Coulomb's."""
     rates = []
-    for segment in segments:
+    for segment in context.dataset.estimation:
         channel = segment.channels[0]
         angular_frequency = 2.0 * np.pi / dominant_period(segment)
         rates.append(float(np.std(segment.columns[channel])) * angular_frequency ** RATE_ORDER.get(channel, 0))
-    return LEAST_SLIP_SHARE * min(rates)
+    return context.settings.calibration.min_slip_share * min(rates)
 
 
 def rig_scale(context: Context, model: Model, path: str) -> float:

@@ -10,15 +10,13 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.comparison import Comparison, compare, cut_samples, nrmse, overall_nrmse
 from railui.campaign.segment import Segment
+from railui.campaign.settings.estimation import ValidationSettings
 from railui.identification.context import Context
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Prediction, Predictor
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
-
-SHORT_RUN_BLOCKS = 4  # a run of fewer blocks is cut into twentieths
-SHORT_RUN_PARTS = 20
 
 
 @dataclass(frozen=True)
@@ -73,13 +71,12 @@ def compute_validation(context: Context, predictions: Sequence[Prediction]) -> V
     """Summarise predictions: error per channel, overall, and in blocks of time."""
     comparisons = [p.comparison for p in predictions]
     errors = nrmse(comparisons)
-    duration = context.settings.validation.error_block_duration
     return Validation(
         errors,
         overall_nrmse(errors),
         tuple(p.series for p in predictions),
         tuple((p.segment.file, p.diverged_at) for p in predictions if p.diverged_at is not None),
-        _block_errors(comparisons, duration),
+        _block_errors(comparisons, context.settings.validation),
     )
 
 
@@ -107,8 +104,9 @@ def is_worse_than_nominal(context: Context, nominal: Validation, calibrated: Val
     return gain > context.settings.selection.gain_standard_errors * sd
 
 
-def _block_errors(comparisons: Sequence[Comparison], duration: float) -> FloatArray:
-    """Contribution [block] of blocks of so many seconds to the squared overall error."""
+def _block_errors(comparisons: Sequence[Comparison], settings: ValidationSettings) -> FloatArray:
+    """Contribution [block] of blocks of time to the squared overall error."""
+    duration = settings.error_block_duration
     power: dict[str, float] = {}
     for comparison in comparisons:
         for c, row in zip(comparison.channels, comparison.measured, strict=True):
@@ -118,8 +116,8 @@ def _block_errors(comparisons: Sequence[Comparison], duration: float) -> FloatAr
         weight = np.array([1.0 / max(power[c], 1e-300) for c in comparison.channels]) / len(power)
         squares = weight @ (comparison.measured - comparison.simulated) ** 2
         n, dt = len(squares), comparison.dt
-        is_long = n * dt > SHORT_RUN_BLOCKS * duration
-        length = max(1, round(duration / dt)) if is_long else n // SHORT_RUN_PARTS + 1
+        is_long = n * dt > settings.min_error_blocks * duration
+        length = max(1, round(duration / dt)) if is_long else n // settings.short_segment_parts + 1
         blocks.append(np.add.reduceat(squares, np.arange(0, n, length)))
     return np.concatenate(blocks)
 

@@ -15,7 +15,6 @@ from railui.identification.structure.evidence import ScoreResult, family_wise_te
 from railui.identification.structure.preselection import preselect, ranked, undecided, with_best_shapes
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 
-PRESELECTION_SHARE = 0.7  # of the samples, from which a preselection on the first part saves nothing
 NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
 
 
@@ -29,9 +28,8 @@ def score_test(
     """
     settings = context.settings.score_test
     full, others = ScoreTest(context, fit, fit.segments), tuple[ScoreResult, ...]()
-    if not first or sum(t.measured.size for t in first) >= PRESELECTION_SHARE * sum(
-        t.measured.size for t in fit.segments
-    ):
+    limit = settings.max_preselection_share * sum(t.measured.size for t in fit.segments)
+    if not first or sum(t.measured.size for t in first) >= limit:
         selected = full.run(candidates)
     else:
         preselection = preselect(context, fit, candidates, first)

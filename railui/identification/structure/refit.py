@@ -127,7 +127,8 @@ def refit_candidates(
 
 def worthwhile_misfit(context: Context, fit: Fit) -> float:
     """Return the misfit from which an effect added to a fit takes too little to gain or to be tried."""
-    share = min(context.settings.selection.trial_misfit_share, 0.5 * context.campaign.min_gain)
+    settings = context.settings.selection
+    share = min(settings.trial_misfit_share, settings.worthwhile_gain_share * context.campaign.min_gain)
     return float((1.0 - share) * fit.normal.rss)
 
 
