@@ -68,7 +68,7 @@ def _refit_from_short_windows(context: Context, before: Fit, start: Model) -> Fi
     quiet = context.in_background(context.jobs)
     paths, longest = before.free.paths, context.settings.windows.window_duration
     model, spent = lengthen_windows(quiet, start, paths, runs, longest)
-    segments = reprepare_segments(context, model, before.segments)
+    segments = prepare_segments(context, model, [t.segment for t in before.segments], like=before.segments)
     again = fit_output_error(context, model, paths, segments=segments, stable=False, tolerance=COARSE_TOLERANCE)
     better = again if again.normal.rss < before.normal.rss else before
     return replace(better, simulations=before.simulations + spent + again.simulations)

@@ -154,12 +154,21 @@ def lengthen_windows(
 
 
 def fit_on_windows(
-    context: Context, model: Model, paths: Sequence[str], segments: Sequence[Segment], duration: float
+    context: Context,
+    model: Model,
+    paths: Sequence[str],
+    segments: Sequence[Segment],
+    duration: float,
+    *,
+    like: Sequence[FitSegment] = (),
 ) -> Fit | None:
-    """Fit a model on windows of so many seconds; None where it diverges."""
+    """Fit a model on windows of so many seconds; None where it diverges.
+
+    like: windows of another fit, whose weights are taken over.
+    """
     windows = spread_windows(context.settings.windows, segments, duration)
     try:
-        prepared = prepare_segments(context, model, windows)
+        prepared = prepare_segments(context, model, windows, like=like)
         return fit_output_error(context, model, paths, segments=prepared, stable=False, tolerance=COARSE_TOLERANCE)
     except SimulationError:
         return None
@@ -200,7 +209,7 @@ def leave_wrong_minimum(context: Context, before: Fit) -> tuple[Fit, Fit | None]
     for model in starts:
         if context.is_out_of_time:
             break
-        fit = fit_on_windows(quiet, model, paths, segments, durations[0])
+        fit = fit_on_windows(quiet, model, paths, segments, durations[0], like=tries[0].segments if tries else ())
         tries += [] if fit is None else [fit]
     spent = before.simulations + sum(f.simulations for f in tries)
     if not tries:

@@ -108,11 +108,17 @@ class FitSegment:
         return self.trim(sosfiltfilt_or_demean(self.filter.sos, x)) * self.filter.weights[:, None]
 
 
-def prepare_segments(context: Context, model: Model, segments: Sequence[Segment]) -> list[FitSegment]:
-    """Prepare segments for a model: weights from sensor and track noise, initial states estimated."""
-    first = {_weight_key(s): s for s in reversed(segments)}
+def prepare_segments(
+    context: Context, model: Model, segments: Sequence[Segment], *, like: Sequence[FitSegment] = ()
+) -> list[FitSegment]:
+    """Prepare segments for a model: weights from sensor and track noise, initial states estimated.
+
+    like: segments of another fit, whose weights are taken over so that the misfits of both can be compared.
+    """
+    weights = {_weight_key(t.segment): t.filter.weights for t in like}
+    first = {key: s for s in reversed(segments) if (key := _weight_key(s)) not in weights}
     found = map_threads(lambda s: channel_weights(context, model, s), list(first.values()), context.jobs)
-    weights = dict(zip(first, found, strict=True))
+    weights |= zip(first, found, strict=True)
 
     def prepare(segment: Segment) -> FitSegment:
         return _prepare_segment(context, model, segment, weights[_weight_key(segment)])
