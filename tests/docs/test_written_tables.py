@@ -7,6 +7,8 @@ import sys
 
 import pytest
 
+from tests.blind.assessment import TrialRow
+from tests.blind.table import coverage
 from tests.docs.transcript import ROOT
 
 sys.path.insert(0, str(ROOT / "docs"))
@@ -67,3 +69,13 @@ def test_the_rates_in_words_are_those_of_the_trial() -> None:
     assert "has 3 loops of 5 planned." in text and "2 of 3 pairs" in text
     assert "90 % intervals 67 % (95 % limits 9 to 99)" in text and "from 70 % (gyro) to 80 % (all)" in text
     assert "(nominal power 90 %) 67 % (95 % limits 9 to 99) were found" in text
+
+
+def test_campaigns_of_one_seed_count_once_in_the_limits_of_the_coverage() -> None:
+    """Six seeds, half of them with every interval right: three campaigns of each are not eighteen."""
+    scores = " ".join(f"contact.spin_creep{k}={{z}}" for k in range(10))
+    once = [TrialRow(seed, "nothing", "", "", "none", "", scores=scores.format(z=4 * (seed % 2))) for seed in range(6)]
+    line = coverage("intervals", once)
+    assert coverage("intervals", [*once, *once, *once]).split("|")[4] == line.split("|")[4]
+    assert line.startswith("| intervals | 30 of 60 | 50 |")
+    assert coverage("intervals", once, lambda path: path.endswith("creep3")).startswith("| intervals | 3 of 6 |")
