@@ -36,6 +36,7 @@ SUPERSEDED_TERMS = {
     "stiffness_and_damping": ("stiffness", "damping"),
     "creep_forces": ("creep forces",),
     "rolling_radii": ("rolling radii",),
+    "rigid_rail": ("rigid rail",),
 }
 
 

@@ -239,7 +239,7 @@ pub fn statics(vehicles: &VehicleBatch<'_>, table: &[f64], curvature: &[f64]) ->
     for some in vehicles.lane_groups(group_size(vehicles.count)) {
         let group = vehicles.group(some, &[])?;
         let rows = |of: &[f64], width: usize| -> Result<Vec<Lanes>> {
-            expect_len("numbers of a stand in the curve", of.len(), width * vehicles.count)?;
+            expect_len("numbers of an equilibrium in the curve", of.len(), width * vehicles.count)?;
             Ok((0..width).map(|k| Lanes::from_fn(|l| of[some.of(l) * width + k])).collect())
         };
         let (states, row) = (rows(vehicles.initial, group.states)?, rows(table, group.columns)?);

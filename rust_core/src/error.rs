@@ -26,7 +26,7 @@ pub enum Error {
     #[error("{what}: {got} given, {expected} expected")]
     Shape { what: String, got: usize, expected: usize },
     #[error("{what}: {got}, at most {most} are stepped")]
-    Rk4Workspace { what: &'static str, got: usize, most: usize },
+    TooMany { what: &'static str, got: usize, most: usize },
     #[error("{kind} is not described by {got} numbers")]
     Numbers { kind: String, got: usize },
     #[error("{what} is {value}, it must be {rule}")]

@@ -246,12 +246,18 @@ fn carried(lane: usize, unlike: f64, damped: bool) -> (Layout, Vec<f64>) {
     (layout, numbers)
 }
 
-/// Sixteen vehicles of bodies whose contacts are fused, lanes of their own speed and share of the effects, and the same
-/// in the general form.
-fn fused_and_general(structure: &Structure, numbers: &[Vec<f64>], effects: &[f64], channels: &[&str]) -> [Group; 2] {
-    let amounts = amounts(structure.placed.len(), 0.01);
+/// Sixteen vehicles of bodies whose contacts are fused, lanes that differ in speed by `scale` and in their share of the
+/// effects, and the same in the general form.
+fn fused_and_general(
+    structure: &Structure,
+    numbers: &[Vec<f64>],
+    effects: &[f64],
+    channels: &[&str],
+    scale: f64,
+) -> [Group; 2] {
+    let amounts = amounts(structure.placed.len(), scale);
     let singles: Vec<_> = (0..LANES)
-        .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - 0.01 * l as f64 })
+        .map(|l| Single { numbers: &numbers[l], effects, amounts: &amounts[l], speed_scale: 1.0 - scale * l as f64 })
         .collect();
     let channels: Vec<_> = channels.iter().copied().map(String::from).collect();
     let fused = structure.group(&singles, &channels).expect("a group");
@@ -264,26 +270,29 @@ fn fused_and_general(structure: &Structure, numbers: &[Vec<f64>], effects: &[f64
 #[test]
 fn a_coach_is_the_general_vehicle_lane_by_lane_with_bogies_alike_or_not() {
     let both = || vec![placed(Law::CreepSaturation, 0, 1), placed(Law::FlangeContact, 0, 2)];
-    for (unlike, damped, some, effects) in [
-        (0.0, false, vec![], &[][..]),
-        (0.0, false, both(), &[0.2, 3e-3, 14.6e6]),
-        (0.5, false, both(), &[0.2, 3e-3, 14.6e6]),
-        (0.0, true, both(), &[0.2, 3e-3, 14.6e6]),
+    let standard = &[0.2, 3e-3, 14.6e6];
+    for (unlike, damped, some, effects, scale) in [
+        (0.0, false, vec![], &[][..], 0.01),
+        (0.0, false, both(), standard, 0.0),
+        (0.0, false, both(), standard, 0.01),
+        (0.5, false, both(), standard, 0.01),
+        (0.0, true, both(), standard, 0.01),
     ] {
         let kind = VehicleKind::Bodies(carried(0, unlike, damped).0);
         let numbers: Vec<_> = (0..LANES).map(|lane| carried(lane, unlike, damped).1).collect();
         let structure = Structure { kind, measured: vec![], placed: some, line: false };
         let channels = ["e1", "e4", "psi3", "ay2", "y.body_1", "psi.body_1", "phi.frame_2"];
-        let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
-        // known structures are compiled for saturations that act in full: not by a share, as those of these lanes
-        let form = match (level(), unlike == 0.0 && !damped && effects.is_empty()) {
+        let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels, scale);
+        // known structures are compiled for saturations that act in full, not by a share
+        let is_known = unlike == 0.0 && !damped && (effects.is_empty() || scale == 0.0);
+        let form = match (level(), is_known) {
             (Level::Portable, _) => "general",
             (_, true) => "coach",
             (_, false) => "bodies",
         };
-        assert_eq!(Choice::of(&fused, false).name(), form, "{unlike} {damped}");
+        assert_eq!(Choice::of(&fused, false).name(), form, "{unlike} {damped} {scale}");
         let found = apart(&fused, &general, &table(&COACH, 8.0, 2e-3));
-        assert!(found.iter().all(|d| *d < 1e-12), "{unlike} {damped} {effects:?}: {found:?}");
+        assert!(found.iter().all(|d| *d < 1e-12), "{unlike} {damped} {effects:?} {scale}: {found:?}");
     }
 }
 
@@ -297,7 +306,7 @@ fn the_fused_vehicle_of_bodies_is_the_general_one_lane_by_lane() {
         let kind = VehicleKind::Bodies(layout.clone());
         let structure = Structure { kind, measured: vec![], placed: some, line: false };
         let channels = ["e1", "e2", "psi2", "ay1", "ayf", "y.body_0", "phi.frame_0"];
-        let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels);
+        let [fused, general] = fused_and_general(&structure, &numbers, effects, &channels, 0.01);
         let found = apart(&fused, &general, &table(&BOGIE, 8.0, 2e-3));
         assert!(found.iter().all(|d| *d < 1e-12), "{effects:?}: {found:?}");
     }

@@ -148,6 +148,14 @@ TOGETHER = {
         RAIL,
         "polach at=contact friction=0.1 slip_reduction=0.4 friction_ratio=0.4 friction_decay=0.6",
     ),
+    "soft_rail_under_falling_friction": (
+        "rail_flexibility at=track stiffness=5e6 damping=3e4",
+        "polach at=contact friction=0.05 slip_reduction=0.4 friction_ratio=0.4 friction_decay=1.5",
+    ),
+    "rail_under_creep_steeper_than_linear": (
+        RAIL,
+        "vermeulen_johnson at=contact friction=0.15 longitudinal_factor=1.2 lateral_factor=1.3",
+    ),
     "profiles_and_the_whole_contact": (RAIL, SLIP, FLANGE, *CONTACT, PROFILES),
     "twice_the_same": (
         "dry_friction at=secondary_lateral force=500 slip_speed=0.03",
@@ -186,6 +194,24 @@ def test_effects_together_move_the_bogie_as_they_move_the_generator_s(name: str)
         without = kernel(VEHICLE, RUN, effects[:i] + effects[i + 1 :], 2)
         assert change(found, without) > 1e-3, f"{effects[i].kind} does nothing here"
     assert change(found, plain) > 1e-3
+
+
+@pytest.mark.parametrize("other", ["", " wheelset=1"])
+def test_a_wheelset_has_one_rail(other: str) -> None:
+    with pytest.raises(ValueError, match="rail_flexibility and rail_flexibility both take the place of the same"):
+        kernel(VEHICLE, RUN, [parse(RAIL), parse(f"rail_flexibility at=track{other} stiffness=1e7 damping=2e5")])
+
+
+def test_a_curve_has_motions_that_rise() -> None:
+    for motion in ([0.0, 0.0], [0.01, -0.01]):
+        curve = {"motion": motion, "force": [0.0, 1e3]}
+        with pytest.raises(ValueError, match="measured_force"):
+            kernel(VEHICLE, RUN, [effect("measured_force", "frame", None, **curve, against="z")])
+
+
+def test_a_number_that_is_nan_is_refused() -> None:
+    with pytest.raises(ValueError, match="spring is NaN, it must be a number"):
+        kernel(VEHICLE, RUN, [effect("spring", "primary_lateral", None, stiffness=float("nan"))])
 
 
 def test_a_curve_against_speed_is_read_at_the_speed() -> None:

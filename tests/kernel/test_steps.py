@@ -17,7 +17,8 @@ from tests.kernel.pairs import (
     structure,
     tangent_run,
 )
-from tests.truth.effects import parse
+from tests.truth.bogie import Vehicle
+from tests.truth.effects import Effect, parse
 
 VEHICLE = asymmetric_bogie(40)
 RUN = tangent_run(1.2)
@@ -92,6 +93,32 @@ def test_wheels_that_slide_do_not_damp_the_rail() -> None:
     rail = parse("rail_flexibility at=track stiffness=2e7 damping=1e3")
     slip = parse("creep_saturation at=contact friction=0.05")
     assert required_steps(VEHICLE, RUN, [rail]) < 8 < required_steps(VEHICLE, RUN, [rail, slip])
+
+
+SLOW = np.geomspace(1.5, 12.0, 150)  # m/s, where creep damps so much that it decides on the steps
+
+
+def steps_at_low_speeds(*effects: Effect, vehicle: Vehicle = VEHICLE) -> list[int]:
+    made, one = structure(vehicle, effects), batch([vehicle], [list(effects)])
+    return [made.required_steps(one, v, v, interval(RUN))[0] for v in SLOW]
+
+
+def test_creep_steeper_than_linear_takes_more_steps() -> None:
+    steep, linear = (
+        parse(f"vermeulen_johnson at=contact friction=0.4 longitudinal_factor={k} lateral_factor={k}") for k in (3, 1)
+    )
+    assert steps_at_low_speeds(linear) == steps_at_low_speeds()
+    assert np.greater(steps_at_low_speeds(steep), steps_at_low_speeds()).any()
+
+
+def test_sliding_treads_leave_the_damping_of_a_flange_with_friction() -> None:
+    rubbing = parse("flange_contact at=contact clearance=0.002 stiffness=14.6e6 friction=0.3 depth=0.012 angle=1.2")
+    slip = parse("creep_saturation at=contact friction=0.15")
+    hard_to_turn = replace(VEHICLE, I_za=3000.0)
+    both, flange, tread = (
+        steps_at_low_speeds(*some, vehicle=hard_to_turn) for some in ((rubbing, slip), (rubbing,), (slip,))
+    )
+    assert both == flange and np.greater(both, tread).any()
 
 
 def test_a_vehicle_too_stiff_for_its_samples_is_an_error_with_a_remedy() -> None:

@@ -142,7 +142,7 @@ class Contact:
     ) -> Array:
         """u' from k_r u + c_r u' + Q_y(u') + flange = 0; `still` is all of it that does not know u'.
 
-        The sum's slope lies between c_r and c_r + 2 kappa_y N share, which keeps Newton's steps in.
+        Newton's steps are kept between 0 and the root for a slope of c_r/2: creep forces may fall with the creepage.
         """
         c_r = self.c["c_r"]
         steepest = 2.0 * kyN * share
@@ -170,8 +170,8 @@ class Contact:
             return total, slope
 
         at_rest, _ = force(np.zeros_like(still))
-        ud, far = -at_rest / (c_r + steepest), -at_rest / np.maximum(c_r, 1e-9 * steepest)
-        low, high = np.minimum(ud, far), np.maximum(ud, far)
+        ud, far = -at_rest / (c_r + steepest), -2.0 * at_rest / np.maximum(c_r, 1e-9 * steepest)
+        low, high = np.minimum(0.0, far), np.maximum(0.0, far)
         for _ in range(60 if self.saturates else 0):
             total, slope = force(ud)
             low, high = np.where(total < 0.0, ud, low), np.where(total > 0.0, ud, high)

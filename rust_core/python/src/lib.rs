@@ -132,6 +132,7 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
                 Supersedes::StiffnessAndDamping => Some("stiffness_and_damping"),
                 Supersedes::CreepForces => Some("creep_forces"),
                 Supersedes::RollingRadii => Some("rolling_radii"),
+                Supersedes::RigidRail => Some("rigid_rail"),
             },
         )?;
         d.set_item("states", record.states)?;

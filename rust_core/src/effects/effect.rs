@@ -2,9 +2,9 @@
 pub use super::law::{Creep, Creeping, Flanging, Force, Numbers, Rolling, RollingRadius, cubic_saturation, saturated};
 pub use crate::simd::Elementary;
 
-/// One parameter of a law. `default`, `minimum` and `maximum` are multiples of `times`: a product of
+/// One parameter of a law. `default`, `minimum` and `maximum` are multiples of `times`: products and quotients of
 /// k, c (the vehicle's own linear terms at the place), z, v, F (its reference motion, 5 mm or 5 mrad, at
-/// 10 rad/s, and force k z), m (mass of the frame), h (the flange clearance), r (the rolling radius).
+/// w = 10 rad/s, and force k z), m (mass of the frame), h (the flange clearance), r (the rolling radius).
 #[derive(Clone, Copy, Debug)]
 pub struct Param {
     pub key: &'static str,
@@ -40,15 +40,17 @@ pub enum Supersedes {
     StiffnessAndDamping,
     CreepForces,
     RollingRadii,
+    /// The rail that stays where it is.
+    RigidRail,
 }
 
 impl Supersedes {
     /// Do both replace the same term?
     pub fn clashes(self, other: Supersedes) -> bool {
-        use Supersedes::{CreepForces, Nothing, RollingRadii};
+        use Supersedes::{CreepForces, Nothing, RigidRail, RollingRadii};
         match (self, other) {
             (Nothing, _) | (_, Nothing) => false,
-            (CreepForces | RollingRadii, _) | (_, CreepForces | RollingRadii) => self == other,
+            (CreepForces | RollingRadii | RigidRail, _) | (_, CreepForces | RollingRadii | RigidRail) => self == other,
             _ => true,
         }
     }
@@ -139,6 +141,7 @@ pub struct Record {
     pub at: &'static [&'static str],
     pub params: &'static [Param],
     pub supersedes: Supersedes,
+    /// Own states; of a force or a rail one at most.
     pub states: usize,
     /// F(-z, -v) = -F(z, v)
     pub odd: bool,

@@ -80,6 +80,14 @@ fn keys_are_known_once_and_found_by_name() {
 }
 
 #[test]
+fn a_force_or_a_rail_has_one_own_state_at_most() {
+    for law in CATALOGUE {
+        let record = law.record();
+        assert!(record.states <= 1 || !matches!(record.kind, Kind::Force | Kind::Rail), "{}", record.key);
+    }
+}
+
+#[test]
 fn a_default_lies_in_its_range_and_names_its_origin() {
     for law in CATALOGUE {
         for p in law.record().params {

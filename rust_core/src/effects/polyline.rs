@@ -4,7 +4,9 @@ use crate::simd::Part;
 
 /// Do numbers describe a curve: the count n, n places that rise, n values?
 pub fn counts(p: &[f64]) -> bool {
-    matches!(p, [count, points @ ..] if points.len() > 1 && points.len() == 2 * *count as usize)
+    let [count, points @ ..] = p else { return false };
+    let is_paired = points.len() > 1 && points.len() == 2 * *count as usize;
+    is_paired && points[..points.len() / 2].windows(2).all(|x| x[0] < x[1])
 }
 
 /// The places and the values.

@@ -15,7 +15,7 @@ impl Effect for RailFlexibility {
             param("stiffness", "k_r", "N/m", [2e7, 1e6, 1e9], "1", "20 MN/m, an ordinary ballasted track", Role::Shape),
             param("damping", "c_r", "N*s/m", [1e5, 1e3, 1e7], "1", "0.1 MN*s/m, an ordinary ballasted track", Role::Shape),
         ],
-        supersedes: Supersedes::Nothing,
+        supersedes: Supersedes::RigidRail,
         states: 1,
         odd: true,
         dissipates: true,

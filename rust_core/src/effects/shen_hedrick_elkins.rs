@@ -46,6 +46,11 @@ impl Effect for ShenHedrickElkins {
         let [friction, surface] = first(p);
         vec![per_square_of_sliding(friction * site.wheel_load), surface]
     }
+
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
+        let [_, surface] = first(p);
+        Slopes { damping: (surface - 1.0).max(0.0) * site.creep_damping, ..Slopes::default() }
+    }
 }
 
 impl Creep for ShenHedrickElkins {

@@ -54,6 +54,11 @@ impl Effect for VermeulenJohnson {
         let [friction, longitudinal, lateral] = first(p);
         vec![per_square_of_sliding(friction * site.wheel_load), longitudinal, lateral]
     }
+
+    fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
+        let [_, longitudinal, lateral] = first(p);
+        Slopes { damping: (longitudinal.max(lateral) - 1.0).max(0.0) * site.creep_damping, ..Slopes::default() }
+    }
 }
 
 impl Creep for VermeulenJohnson {

@@ -39,7 +39,7 @@ impl Filter {
             });
         }
         if samples <= self.pad || samples <= 2 * self.cut {
-            let what = "samples of a stretch".to_string();
+            let what = "samples of a segment".to_string();
             return Err(Error::Shape { what, got: samples, expected: self.pad.max(2 * self.cut) + 1 });
         }
         Ok(())

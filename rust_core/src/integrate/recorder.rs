@@ -15,7 +15,7 @@ pub enum Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    /// Discard the output of a diverged lane since the last check.
+    /// Discard the series of a diverged lane since the last check; its sums are void.
     pub fn diverged_at(&mut self, lane: usize, k: usize) {
         if let Recorder::Series(series) = self {
             series.diverged_at(lane, k);

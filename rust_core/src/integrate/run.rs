@@ -53,13 +53,13 @@ impl<F: Form> Job for Along<'_, '_, '_, F> {
     fn run<P: Part>(self) {
         match F::INTERLEAVE {
             Interleave::None => self.widest_first::<P>(),
-            Interleave::Eights if P::WIDTH == LANES => self.lane_groups::<P::Single>(LANES / 2),
-            Interleave::Eights => self.lane_groups::<P>(LANES / 2),
+            Interleave::Eights if P::WIDTH == LANES => self.step_in_groups::<P::Single>(LANES / 2),
+            Interleave::Eights => self.step_in_groups::<P>(LANES / 2),
             // AVX-512 has registers enough for two of each number: both are worked on in the same lines
             Interleave::Straight if P::WIDTH == LANES && self.run.live > P::Single::WIDTH => {
-                self.lane_groups::<P>(LANES)
+                self.step_in_groups::<P>(LANES)
             }
-            Interleave::Straight => self.lane_groups::<P::Single>(P::WIDTH),
+            Interleave::Straight => self.step_in_groups::<P::Single>(P::WIDTH),
         }
     }
 }
@@ -81,7 +81,7 @@ impl<F: Form> Along<'_, '_, '_, F> {
 
     /// Step this many lanes at a time, in parts of one register each.
     #[inline(always)]
-    fn lane_groups<P: Part>(self, lanes: usize) {
+    fn step_in_groups<P: Part>(self, lanes: usize) {
         let Along { mut run, choice, .. } = self;
         let live = run.live;
         for from in (0..live).step_by(lanes) {

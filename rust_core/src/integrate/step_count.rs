@@ -21,8 +21,12 @@ impl Structure {
             for (more, share) in [(&[][..], 1.0), (&more[..], 1.0 / (SHARE * BOUND))] {
                 let matrix = vehicle.state_matrix(speed, more);
                 // a norm that bounds the eigenvalues is 20 times cheaper, and mostly enough for one step
-                if radius_bound(matrix.clone()) * dt * share > 1.0 {
-                    needed = needed.max(radius(&eigenvalues(matrix)) * dt * share);
+                let bound = radius_bound(matrix.clone());
+                if bound * dt * share > 1.0 {
+                    let values = eigenvalues(matrix);
+                    // none where their iteration does not converge
+                    let largest = if values.is_empty() { bound } else { radius(&values) };
+                    needed = needed.max(largest * dt * share);
                 }
             }
         }
@@ -40,7 +44,6 @@ impl Structure {
     /// The steepest slopes of everything that the linear vehicle lacks, each with the row through which it acts.
     fn steepest(&self, vehicle: &Assembly, one: &Single<'_>, slowest: f64) -> Result<Vec<(Row, Slopes)>> {
         let mut found = Vec::new();
-        // a wheel that slides does not damp the rail
         let slides = self.placed.iter().any(|placed| placed.law.record().kind == Kind::Creep);
         for (i, placed, range) in self.acting() {
             let amount = one.amounts[i];
@@ -57,12 +60,23 @@ impl Structure {
                 Kind::Force | Kind::Profile | Kind::Rail => {
                     for i in self.at_wheelsets(vehicle, placed)? {
                         let w = &vehicle.wheelsets[i];
+                        // a wheel that slides does not damp the rail
+                        let slides = slides && placed.law.record().kind == Kind::Rail;
                         let creep_damping = if slides { 0.0 } else { 2.0 * w.kappa_y * w.n / slowest };
                         let site = Site { creep_damping, ..contact_site(vehicle, i) };
                         found.push((vec![(w.y, 1.0)], at(&site)));
                     }
                 }
-                Kind::Creep | Kind::Rolling | Kind::Body | Kind::Sensor(_) => {}
+                Kind::Creep => {
+                    for i in self.at_wheelsets(vehicle, placed)? {
+                        let w = &vehicle.wheelsets[i];
+                        let site = Site { creep_damping: 2.0 * w.kappa_y * w.n / slowest, ..contact_site(vehicle, i) };
+                        let lateral = at(&site);
+                        let yaw = Slopes { damping: lateral.damping * w.kappa_x / w.kappa_y * w.b * w.b, ..lateral };
+                        found.extend([(vec![(w.y, 1.0)], lateral), (vec![(w.psi, 1.0)], yaw)]);
+                    }
+                }
+                Kind::Rolling | Kind::Body | Kind::Sensor(_) => {}
             }
         }
         for own in &vehicle.laws {

@@ -256,7 +256,7 @@ impl<P: Part> Places<P> for State {
     }
 }
 
-/// A row of the input table. Products with the speed are one row length further on at most: their factors carry
+/// A row of the input table. Products with the speed are `COLUMNS` places further on at most: their factors carry
 /// the speed, see [`Packed::set_speed`].
 #[derive(Clone, Debug)]
 pub struct Table;

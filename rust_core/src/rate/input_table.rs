@@ -11,7 +11,7 @@ pub struct InputTable<'a> {
     pub steps: usize,
     /// Time between samples [s] at speed scale 1.
     pub dt: f64,
-    /// Is there no cross-level anywhere?
+    /// Is the track known to have no cross-level?
     pub level: bool,
 }
 

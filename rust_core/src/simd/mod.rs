@@ -104,5 +104,5 @@ impl<P: Part> Place<P> {
     }
 }
 
-/// Two to the 52 and a half: added to a number it leaves the whole part in the low bits.
+/// 1.5 times two to the 52: added to a number it leaves the whole part in the low bits.
 const MAGIC: f64 = 6_755_399_441_055_744.0;

@@ -38,7 +38,7 @@ impl Structure {
             vehicles: (0..LANES).map(|i| &some[of(i)]).collect(),
             ones: (0..LANES).map(|i| &singles[of(i)]).collect(),
         };
-        let mut group = all.single(self.columns());
+        let mut group = all.linear_group(self.columns());
         all.own_laws(&mut group);
         for (i, placed, range) in self.acting() {
             let numbers = all.ones.iter().map(|one| &one.effects[range.clone()]).collect();
@@ -48,7 +48,7 @@ impl Structure {
         let columns = if self.line { 0 } else { group.columns };
         for (what, got, most) in [("states", group.states, STATES), ("columns of the input table", columns, COLUMNS)] {
             if got > most {
-                return Err(Error::Rk4Workspace { what, got, most });
+                return Err(Error::TooMany { what, got, most });
             }
         }
         for law in &mut group.forces {
@@ -82,7 +82,7 @@ impl Structure {
         match record.kind {
             Kind::Body => Ok(()),
             Kind::Sensor(alteration) => {
-                let (neutral, number) = (alteration.neutral(), lane_groups(|l| first::<1>(numbers[l]).to_vec())[0]);
+                let (neutral, number) = (alteration.neutral(), by_lane(|l| first::<1>(numbers[l]).to_vec())[0]);
                 let number = Lanes::from_fn(|l| neutral + alpha.0[l] * (number.0[l] - neutral));
                 group.sensors.push((alteration, placed.at.clone(), number));
                 Ok(())
@@ -123,7 +123,7 @@ impl Structure {
 impl PlacementSite<'_> {
     /// Its numbers prepared for its location.
     fn prepared(&self, site: impl Fn(usize) -> Site) -> Vec<Lanes> {
-        lane_groups(|l| self.placed.law.prepare(self.numbers[l], &site(l)))
+        by_lane(|l| self.placed.law.prepare(self.numbers[l], &site(l)))
     }
 
     /// At the contact of a wheelset, or at the rail under it.
@@ -151,7 +151,7 @@ impl PlacementSite<'_> {
 
 impl SixteenVehicles<'_> {
     /// The linear vehicles, before any law.
-    fn single(&self, columns: usize) -> Group {
+    fn linear_group(&self, columns: usize) -> Group {
         let (first, n) = (self.vehicles[0], self.vehicles[0].dofs.len());
         let speed_scale = Lanes::from_fn(|l| self.ones[l].speed_scale);
         let wheelset = |i: usize| WheelsetLanes::new(&self.vehicles.iter().map(|v| v.wheelsets[i]).collect::<Vec<_>>());
@@ -203,7 +203,7 @@ impl SixteenVehicles<'_> {
         for i in 0..self.vehicles[0].laws.len() {
             let of = |l: usize| -> &OwnLaw { &self.vehicles[l].laws[i] };
             let law = of(0).law;
-            let lanes = lane_groups(|l| law.prepare(&of(l).numbers, &Site::default()));
+            let lanes = by_lane(|l| law.prepare(&of(l).numbers, &Site::default()));
             let (row, inputs) = (terms(|l| &of(l).row), terms(|l| &of(l).inputs));
             group.forces.push(PlacedLaw::new(law, row, inputs, lanes, Lanes::splat(1.0), group.states));
             hold(group, law, |l| &of(l).numbers);
@@ -328,7 +328,7 @@ fn hold<'a>(group: &mut Group, law: Law, of: impl Fn(usize) -> &'a [f64]) {
 }
 
 /// Numbers of every vehicle, lane by lane.
-fn lane_groups(of: impl Fn(usize) -> Vec<f64>) -> Vec<Lanes> {
+fn by_lane(of: impl Fn(usize) -> Vec<f64>) -> Vec<Lanes> {
     let all: Vec<_> = (0..LANES).map(of).collect();
     (0..all[0].len()).map(|k| Lanes::from_fn(|l| all[l][k])).collect()
 }

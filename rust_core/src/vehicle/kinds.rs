@@ -84,7 +84,7 @@ impl VehicleKind {
     pub fn assemble(&self, p: &[f64], measured: &[String], line: Option<LineSetup>) -> Result<Assembly> {
         let mut vehicle = match self {
             VehicleKind::Bodies(layout) => return layout.assemble(p, line),
-            VehicleKind::Rig(_) if line.is_some() => return Err(Error::Vehicle("rig on a line with curves".into())),
+            VehicleKind::Rig(_) if line.is_some() => return Err(Error::Layout("a rig has no line with curves".into())),
             VehicleKind::Bogie => bogie(self.checked("bogie", p)?, measured, line.is_some_and(|setup| setup.carbody)),
             VehicleKind::Wheelset => wheelset_on_springs(self.checked("wheelset", p)?),
             VehicleKind::Rig(RigInput::Motion) => component(self.checked("rig", p)?),

@@ -17,7 +17,7 @@ const HEADING: usize = 3;
 const ACCELERATION: usize = 5;
 const TURNING: usize = 6;
 /// Gravity as the wheel loads contain it [m/s^2].
-const GRAVITY: f64 = 9.81;
+pub const GRAVITY: f64 = 9.81;
 /// Least mass of the carbody above springs to the ground, of the mass of the vehicle itself: a lighter one, which the
 /// wheels do not carry, is given the inertia of the vehicle.
 const LEAST_CARBODY: f64 = 0.05;

@@ -99,6 +99,9 @@ impl Structure {
             if !law.counts(&one.effects[begin..begin + count]) {
                 return Err(Error::Numbers { kind: law.record().key.into(), got: *count });
             }
+            if let Some(nan) = one.effects[begin..begin + count].iter().find(|number| number.is_nan()) {
+                return Err(Error::Value { what: law.record().key.into(), value: *nan, rule: "a number" });
+            }
             begin += count;
         }
         match one.numbers.iter().position(|number| !number.is_finite()) {

@@ -2,12 +2,18 @@
 use crate::simd::Part;
 use crate::wheel_rail::wheelset::{Slipping, WheelsetLanes};
 
+/// Steps of the secant method at most, and the change of u' by which it ends: the next step is the square of a small one.
+const MOST_STEPS: usize = 40;
+const RELATIVE: f64 = 1e-6;
+const ABSOLUTE: f64 = 1e-12; // m/s
+
 impl WheelsetLanes {
     /// u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage.
     ///
-    /// `still`: k_r u + Q_y without creep forces; `ty`: those at u' = 0. With saturation the sum's slope lies between
-    /// c_r and c_r + 2 share, which bounds the steps of the secant method; its last step is the square of a small one.
-    /// A converged lane stays, whatever its neighbours do.
+    /// `still`: k_r u + Q_y without creep forces; `ty`: those at u' = 0. The secant method begins at the root with linear
+    /// creep forces. The root lies between 0 and where half the rail's damping alone would reach it, since creep forces
+    /// that fall with the creepage are taken to lower the slope of the sum by c_r/2 at most. A converged lane stays,
+    /// whatever its neighbours do.
     #[inline(always)]
     pub(super) fn yielding<P: Part>(
         &self,
@@ -29,23 +35,24 @@ impl WheelsetLanes {
             damping.mul_add(du, still) - ty_1 - ty_2
         };
         let (mut before, mut total_before) = (none, sum(none));
-        let (near, far) = (-total_before / steepest, -total_before / damping);
-        let (mut low, mut high) = (near.min(far), near.max(far));
+        let least = half * damping;
+        let (near, far) = (-total_before / steepest, -total_before / least);
+        let (mut low, mut high) = (far.min(none), far.max(none));
         let (mut du, mut on_the_way) = (near, one);
-        for _ in 0..40 {
+        for _ in 0..MOST_STEPS {
             let total = sum(du);
             low = total.if_less(none, du, low);
             high = total.if_less(none, high, du);
-            let (apart, smallest) = (du - before, P::splat(1e-300));
+            let (apart, smallest) = (du - before, P::splat(f64::MIN_POSITIVE));
             let secant = (total - total_before) / apart.abs().if_less(smallest, one, apart);
-            let slope = apart.abs().if_less(smallest, steepest, secant.max(damping));
+            let slope = apart.abs().if_less(smallest, steepest, secant.max(least));
             let step = du - total / slope;
             let middle = half * (low + high);
             let inside = step.if_less(low, middle, high.if_less(step, middle, step));
             let moved = (inside - du).abs();
             (before, total_before) = (du, total);
             du = on_the_way.if_less(half, du, inside);
-            let near_enough = inside.abs().mul_add(P::splat(1e-6), P::splat(1e-12));
+            let near_enough = inside.abs().mul_add(P::splat(RELATIVE), P::splat(ABSOLUTE));
             on_the_way = moved.if_less(near_enough, none, on_the_way);
             if !on_the_way.any_from(half) {
                 break;

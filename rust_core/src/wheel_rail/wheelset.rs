@@ -46,8 +46,8 @@ pub(super) struct Slipping<P> {
     speed: P,
 }
 
-/// Forces of both wheels on the rails: by gravitation and at the flange, t_x of the linear law, t_x and t_y of the treads as the
-/// creep laws make them (T_x1 = -t_x1, T_x2 = t_x2), u' of the rail, friction at the flanges.
+/// Forces on the wheelset by gravitation and at the flange; on the rails t_x of the linear law, t_x and t_y of the treads as the
+/// creep laws make them (T_x1 = -t_x1, T_x2 = t_x2); u' of the rail, friction at the flanges.
 #[derive(Clone, Copy)]
 pub(super) struct Touch<P> {
     pub(super) gravitation: P,
@@ -179,7 +179,7 @@ impl WheelsetLanes {
         Displacement { e, rolled: to.conicity * rolled * (to.cubic * d).mul_add(d, P::splat(1.0)), bend }
     }
 
-    /// Forces of the wheels on the rails: creep forces, and other lateral forces.
+    /// Creep forces on the rails, and other lateral forces on the wheelset.
     #[inline(always)]
     pub(super) fn touch<P: Part>(
         &self,
@@ -254,17 +254,17 @@ impl WheelsetLanes {
         for creep in &self.creeps {
             let forces = creep.law.creep(creep.numbers(part), &wheels);
             for i in 0..2 {
-                let (wheel, mut acts_fully) = (&mut wheels[i], forces[i]);
+                let (wheel, mut force) = (&mut wheels[i], forces[i]);
                 if !creep.acts_fully {
                     let alpha = P::load(&creep.alpha, part);
                     // amount 1 has the same digits as without blending
-                    let blend = |linear: P, acts_fully: P| {
-                        let partly = alpha.mul_add(acts_fully - linear, linear);
-                        alpha.if_less(one, partly, one.if_less(alpha, partly, acts_fully))
+                    let blend = |linear: P, full: P| {
+                        let partly = alpha.mul_add(full - linear, linear);
+                        alpha.if_less(one, partly, one.if_less(alpha, partly, full))
                     };
-                    acts_fully = [blend(wheel.tx, acts_fully[0]), blend(wheel.ty, acts_fully[1])];
+                    force = [blend(wheel.tx, force[0]), blend(wheel.ty, force[1])];
                 }
-                [wheel.tx, wheel.ty] = acts_fully;
+                [wheel.tx, wheel.ty] = force;
             }
         }
         ([wheels[0].tx, wheels[0].ty], [wheels[1].tx, wheels[1].ty])

@@ -1,7 +1,7 @@
 //! From a layout to a vehicle: bodies, then joints, then channels.
 use super::joining::Transfer;
 use super::motion::{Motion, Placed, bend, less};
-use super::{Body, FIRST, Layout, Number, PER_WHEELSET, Point, Wheels};
+use super::{Body, FIRST, Joint, Layout, Number, PER_WHEELSET, Point, Wheels};
 use crate::effects::effect::Site;
 use crate::error::{Result, expect_len};
 use crate::vehicle::assembly::{Assembly, Inputs, Port};
@@ -15,9 +15,7 @@ impl Layout {
     /// that moves laterally.
     pub fn assemble(&self, p: &[f64], line: Option<LineSetup>) -> Result<Assembly> {
         expect_len("numbers of a vehicle", p.len(), self.numbers)?;
-        // a missing number reads as NaN, which the check of the masses reports
-        let at = |i: usize| p.get(i).copied().unwrap_or(f64::NAN);
-        let value = |number: &Number| number.iter().map(|(factor, i)| factor * at(*i)).sum::<f64>();
+        let value = |number: &Number| number.iter().map(|(factor, i)| factor * p[*i]).sum::<f64>();
         let mut masses = Vec::new();
         let mut placed = Vec::new();
         for body in &self.bodies {
@@ -93,10 +91,14 @@ impl Layout {
             dofs.extend(moves.iter().filter(|m| m.1).map(|(letter, _)| OnLine { letter: *letter, position, height }));
         }
         dofs.extend(carbody.map(|_| OnLine { letter: Letter::Lateral, position: placed.len(), height: 0.0 }));
-        let sprung = |body: &Body| body.wheels.is_none();
-        let is_frame = |body: &Body| sprung(body) && body.family.starts_with("frame");
-        let any = self.bodies.iter().position(sprung);
-        let mut frames: Vec<_> = (0..placed.len()).filter(|i| is_frame(&self.bodies[*i])).collect();
+        let is_wheelset = |i: &usize| self.bodies[*i].wheels.is_some();
+        let is_on_wheelset = |i: &usize| {
+            let joined =
+                |joint: &Joint| joint.bodies.contains(&Some(*i)) && joint.bodies.iter().flatten().any(is_wheelset);
+            !is_wheelset(i) && self.joints.iter().any(joined)
+        };
+        let any = self.bodies.iter().position(|body| body.wheels.is_none());
+        let mut frames: Vec<_> = (0..placed.len()).filter(is_on_wheelset).collect();
         if frames.is_empty() {
             frames.extend(any.or(Some(0)));
         }

@@ -3,9 +3,8 @@ use super::joining::Transfer;
 use super::motion::{Motion, Placed};
 use super::{Layout, Number};
 use crate::vehicle::assembly::{Assembly, Channel, Order};
+use crate::vehicle::line::GRAVITY;
 use crate::wheel_rail::coefficients::Wheelset;
-
-const GRAVITY: f64 = 9.81;
 
 impl Layout {
     /// The channel dQ of a wheelset: by how much its right wheel is loaded more, its left one less.

@@ -5,7 +5,7 @@ use crate::effects::Law;
 use crate::effects::effect::Site;
 use crate::vehicle::assembly::{Assembly, OwnLaw, Port};
 
-/// Force of a damper without blow-off [N].
+/// Largest force of a damper without blow-off [N, or N m].
 const UNLIMITED: f64 = 1e9;
 
 /// A moment of the suspension forces on a wheelset: per motion, per rate.
@@ -126,8 +126,10 @@ impl Layout {
                     declared[port][1] += c * arm;
                 }
                 Acts::Series(numbers) => {
-                    let limited = |n: &Number| if n.is_empty() { UNLIMITED } else { sides * value(n) };
-                    own(vehicle, Law::SERIES, motion, numbers.iter().map(limited));
+                    let [stiffness, damping, most] = numbers;
+                    let most = if most.is_empty() { UNLIMITED } else { sides * value(most) };
+                    let numbers = [sides * value(stiffness), sides * value(damping), most];
+                    own(vehicle, Law::SERIES, motion, numbers.into_iter());
                 }
                 Acts::Stop([gap, k]) => own(vehicle, Law::STOP, motion, [value(gap), sides * value(k)].into_iter()),
             }

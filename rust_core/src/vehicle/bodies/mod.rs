@@ -120,6 +120,14 @@ fn read_terms<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result
 }
 
 impl Acts {
+    fn numbers(&self) -> &[Number] {
+        match self {
+            Acts::Spring(number) | Acts::Damper(number) => std::slice::from_ref(number),
+            Acts::Series(numbers) => numbers,
+            Acts::Stop(numbers) => numbers,
+        }
+    }
+
     fn of(law: &str, numbers: Vec<Number>) -> std::result::Result<Self, String> {
         let count = numbers.len();
         let acts = match law {
@@ -158,6 +166,10 @@ impl Layout {
         if most > self.bodies.len() {
             return Err(Error::Shape { what: "bodies of a layout".into(), got: self.bodies.len(), expected: most });
         }
+        let most = self.sums().into_iter().flatten().map(|(_, i)| i + 1).max().unwrap_or(0);
+        if most > self.numbers {
+            return Err(Error::Shape { what: "numbers of a layout".into(), got: self.numbers, expected: most });
+        }
         match self.wheelsets().find(|(_, body, _)| body.yaw_inertia.is_none()) {
             Some((_, body, _)) => Err(Error::Value {
                 what: format!("yaw inertia of {}", body.name),
@@ -166,6 +178,25 @@ impl Layout {
             }),
             None => Ok(()),
         }
+    }
+
+    /// Every quantity that is a sum of its numbers.
+    fn sums(&self) -> Vec<&Number> {
+        let mut all = Vec::new();
+        for body in &self.bodies {
+            all.extend([&body.mass, &body.x, &body.height]);
+            all.extend(body.yaw_inertia.iter().chain(&body.roll_inertia));
+            if let Some(w) = &body.wheels {
+                all.extend([&w.spin_inertia, &w.half_gauge, &w.rolling_radius, &w.wheel_load]);
+                all.extend(w.contact.iter().chain([&w.spin_creep, &w.roller_radius]));
+            }
+        }
+        for joint in &self.joints {
+            all.extend(joint.points.iter().flatten().chain([&joint.static_load]));
+            all.extend(joint.terms.iter().flat_map(|(_, acts)| acts.numbers()));
+        }
+        all.extend(self.floor.iter().flat_map(|floor| &floor.point));
+        all
     }
 
     fn wheelsets(&self) -> impl Iterator<Item = (usize, &Body, &Wheels)> {
