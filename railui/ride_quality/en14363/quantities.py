@@ -58,8 +58,8 @@ class Signal:
         Distance [m] and values [location].
     kind : str
         "extremes": 0.15 % and 99.85 % of a signal positive to the right, in curves outward; "outward": 99.85 % of
-        a wheel, in curves the outer one; "rms"; "median": in curves, of the outer wheel outward, or of a body, positive
-        in left-hand curves to the left; "largest".
+        a wheel, in curves the outer one; "rms"; "median": in curves, of the outer wheel, or of a body with its
+        sign reversed in left-hand ones; "largest".
     limits : dict
         Limit by number of the zone.
     side : str
