@@ -138,7 +138,8 @@ def decode_recording(raw: str | Path, directory: str | Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        frames, lost, crc_errors, gaps, reconnects, segments, notes.
+        As capture.json, which is written into the directory: frames, lost, crc_errors, gaps, reconnects, segments,
+        notes.
 
     Raises
     ------
@@ -148,7 +149,7 @@ def decode_recording(raw: str | Path, directory: str | Path) -> dict[str, Any]:
     from railui.capture.recorder.replay import RAW_FILE, decode
 
     path = Path(raw) / RAW_FILE if Path(raw).is_dir() else Path(raw)
-    return decode(path, Path(directory)).report()
+    return write_capture_report(decode(path, Path(directory)).report(), Path(directory))
 
 
 def record(
@@ -177,7 +178,8 @@ def record(
     Returns
     -------
     dict
-        frames, lost, crc_errors, gaps, reconnects, segments, notes.
+        As capture.json, which is written into the directory: frames, lost, crc_errors, gaps, reconnects, segments,
+        notes.
 
     Raises
     ------
@@ -195,7 +197,7 @@ def record(
                 pass
     if recorder.disk_error is not None:
         raise recorder.disk_error
-    return recorder.replay.report()
+    return write_capture_report(recorder.replay.report(), Path(directory))
 
 
 def write_capture_report(report: Mapping[str, Any], directory: Path, seed: int | None = None) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from railui.io.units import UnitError, quantity
 from railui.io.yaml_file import load_fields
 from railui.runs.columns import RIG_FORMS, Form
 from railui.vehicle.design_reader import Design
+from railui.vehicle.division import newly_divided
 from railui.vehicle.effect_reader import read_effects
 from railui.vehicle.effects import Catalogue, PlacedEffect, kernel_catalogue
 from railui.vehicle.load_states import changed_paths
@@ -79,6 +80,8 @@ class Campaign:
         Estimates of an earlier campaign, from which the estimation starts.
     origin
         "measured" or "simulated" runs; None if the file does not state it.
+    freed
+        Paths of shared numbers that the campaign, not the design file, gives each joint or wheelset.
     """
 
     name: str
@@ -102,6 +105,7 @@ class Campaign:
     channels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     prior: Prior | None = None
     origin: str | None = None
+    freed: tuple[str, ...] = ()
 
     @property
     def min_gain(self) -> float:
@@ -135,8 +139,11 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     runs = _runs(source.parent, data.get("runs"), findings)
     noise = read_stated_noise(data.get("noise"), kind, [run.file for run in runs], findings)
     paths: tuple[str, ...] = ()
+    freed: tuple[str, ...] = ()
     if design is not None:
-        design, paths = read_estimated(data.get("adjust"), data.get("free"), design, findings)
+        undivided = design
+        design, paths = read_estimated(data.get("adjust"), data.get("free"), undivided, findings)
+        freed = newly_divided(undivided, design)
         _check_loads(runs, design, paths, findings)
     sensors = _sensors(data.get("sensors"), findings, catalogue, kind)
     corrections = read_corrections(data.get("sensors"), kind, [run.name for run in runs], findings)
@@ -157,6 +164,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
         corrections=corrections,
         channels=data.get("channels") or {},
         origin=model.data,
+        freed=freed,
         **comparison_options(model, is_rig=kind in RIG_FORMS),
     )
 

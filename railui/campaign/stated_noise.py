@@ -45,18 +45,31 @@ def _standard_deviation(value: Any, name: str, kind: Form, files: Sequence[Path]
 def _rig_standard_deviation(value: Any, name: str, kind: Form, files: Sequence[Path]) -> float:
     """Convert a standard deviation to the units in which the columns of a rig's run are read."""
     labels: Mapping[str, str | None] = {}
+    number, unit = split_quantity(value) if isinstance(value, str) else (quantity(value, "1"), "")
     for file in files[:1]:
         try:
             header = read_header(file)
             labels = dict(zip(header.names, header.units, strict=True))
         except FileProblems:
-            break  # reading the run reports its problems
+            return number  # reading the run reports its problems
     label = labels.get(name) or ""
-    number, unit = split_quantity(value) if isinstance(value, str) else (quantity(value, "1"), "")
-    if unit and label and unit != label:
+    if unit and not label:
+        return _without_header_unit(value, number, unit, name, kind)
+    if unit and unit != label:
         number = convert(number, unit, label)
     if kind == "bench" and name in BENCH_UNITS:
         return number * bench_factor(name, label)[0]
     if name not in DERIVATIVE_ORDERS:
         return number
     return number * rate_factor(labels.get("z") or "", label, DERIVATIVE_ORDERS[name])
+
+
+def _without_header_unit(value: Any, number: float, unit: str, name: str, kind: Form) -> float:
+    """Convert a standard deviation with a unit to the SI unit of a bench; UnitError for a column of unknown unit."""
+    if kind == "bench" and name in BENCH_UNITS:
+        factor, si_unit = bench_factor(name, unit)
+        if si_unit in BENCH_UNITS[name]:
+            return number * factor
+    raise UnitError(
+        f"{value!r} has a unit, but no header states that of {name}", "give the number alone, in the unit of the runs"
+    )

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.io.problems import Findings
@@ -38,38 +36,27 @@ def read_radius_table(path: str | Path) -> tuple[FloatArray, FloatArray]:
             findings.add(name, error.message, error.remedy, position=table.header_position)
     findings.raise_errors()
     y, delta = columns
-    _check(y, ~np.isfinite(y), findings, table.cell_position, "is not a number")
-    _check(delta, ~np.isfinite(delta), findings, table.cell_position, "is not a number")
+    for name, values in (("y", y), ("delta_r", delta)):
+        missing = np.flatnonzero(~np.isfinite(values))
+        if missing.size:
+            place = table.cell_position(int(missing[0]), name)
+            findings.add(name, "is not a number", "give a number in each row", position=place)
     for name, values in (("y", y), ("delta_r", delta)):
         beyond = np.flatnonzero(np.abs(values) > MAX_LENGTH)
         if beyond.size:
             fault = f"{values[beyond[0]]:.4g} m is more than the {MAX_LENGTH:g} m of a wheelset"
             place = table.cell_position(int(beyond[0]), name)
             findings.add(name, fault, f"correct the number, or write `{name} [mm]` if they are mm", position=place)
-    if len(y) > 1 and y[0] > y[-1]:
-        y, delta = y[::-1], delta[::-1]
-    else:
-        not_increasing = np.concatenate([[False], np.diff(y) <= 0])
-        _check(y, not_increasing, findings, table.cell_position, "does not increase")
+    is_descending = len(y) > 1 and y[0] > y[-1]
+    unordered = np.flatnonzero(np.diff(-y if is_descending else y) <= 0) + 1
+    if unordered.size:
+        i = int(unordered[0])
+        fault = f"{y[i] * 1e3:.4g} mm does not {'decrease' if is_descending else 'increase'}"
+        findings.add("y", fault, "sort the table by y, one row each", position=table.cell_position(i, "y"))
     if len(y) < MIN_ROWS:
         findings.add("y", f"has {len(y)} rows", f"give {MIN_ROWS} or more", position=table.header_position)
     findings.raise_errors()
-    return y, delta
-
-
-def _check(
-    values: FloatArray,
-    is_faulty: NDArray[np.bool_],
-    findings: Findings,
-    position: Callable[[int, str | None], tuple[int, int]],
-    fault: str,
-) -> None:
-    """Report the first faulty value."""
-    faulty = np.flatnonzero(is_faulty)
-    if len(faulty):
-        i = int(faulty[0])
-        remedy = "sort the table by y, one row each"
-        findings.add("y", f"{values[i] * 1e3:.4g} mm {fault}", remedy, position=position(i, "y"))
+    return (y[::-1], delta[::-1]) if is_descending else (y, delta)
 
 
 def _metres_per_unit(unit: str) -> float:

@@ -52,8 +52,9 @@ def solve_equilibria(model: Model, rows: FloatArray, radius: FloatArray, cant_de
     `rows`: parameters [n, row]; `radius` and `cant_deficiency` [n] in m. Raises ValueError for a radius that is 0 or
     not finite.
     """
-    if not np.all(np.isfinite(radius)) or np.any(radius == 0):
-        raise ValueError(f"a radius must be a number other than 0: {radius[~(np.abs(radius) > 0)][0]:g} m")
+    is_faulty = ~np.isfinite(radius) | (radius == 0)
+    if np.any(is_faulty):
+        raise ValueError(f"a radius must be a number other than 0: {radius[is_faulty][0]:g} m")
     vehicles, batch = model.vehicles(line=True), model.batch(rows)
     states, dofs = vehicles.state_count(batch), vehicles.degrees_of_freedom(batch)
     unknowns = states - len(dofs)

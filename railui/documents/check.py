@@ -151,7 +151,7 @@ def _check_overlap(campaign: Campaign, runs: Sequence[Run], findings: Findings) 
     for (i, first), (j, second) in combinations(enumerate(campaign.runs), 2):
         if first.role == second.role:
             continue
-        share = shared_share(runs[i].columns, runs[j].columns)
+        share = shared_share(runs[i].columns, runs[j].columns, runs[i].kind)
         if share > MAX_SHARED_SHARE:
             message = f"shares {100 * share:.0f} % of its samples with {first.name}, whose role is {first.role}"
             findings.add(f"runs.{j}.file", message, "give another recording, or leave one of them out")

@@ -120,7 +120,7 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     directory : path
         Directory of the file, to which the paths in it are relative.
     vehicle : path, optional
-        Design file to name in place of the nominal model's.
+        Design file to name in place of the nominal model's; its numbers are divided as those of the campaign's design.
     """
     writer = YamlWriter()
     writer.entry("schema", schema_name("campaign"))
@@ -142,7 +142,11 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
                 writer.entry(name, entry)
     writer.entry("noise", campaign.noise)
     writer.entry("noise_band", campaign.noise_band)
-    writer.entry("adjust", campaign.estimated_parameters)
+    if vehicle is None and campaign.freed:
+        writer.entry("adjust", _undivided_paths(campaign))
+        writer.entry("free", campaign.freed)
+    else:
+        writer.entry("adjust", campaign.estimated_parameters)
     if campaign.band is not None:
         writer.entry("band", campaign.band)
     cut = f"{number_text(100 * campaign.cut_share)} %" if campaign.cut_share else campaign.cut
@@ -153,6 +157,13 @@ def campaign_text(campaign: Campaign, directory: str | Path, vehicle: str | Path
     if changed := campaign.settings.changed():
         writer.entry("settings", changed)
     return writer.text()
+
+
+def _undivided_paths(campaign: Campaign) -> tuple[str, ...]:
+    """Return the paths to estimate as those of the design file, whose numbers the campaign frees."""
+    assert campaign.design.structure is not None  # else nothing is freed
+    shared = {member: path for path in campaign.freed for member in campaign.design.structure.paths_of(path)}
+    return tuple(dict.fromkeys(shared.get(path, path) for path in campaign.estimated_parameters))
 
 
 def _write_sensors(writer: YamlWriter, campaign: Campaign) -> None:

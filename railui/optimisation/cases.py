@@ -12,7 +12,7 @@ from railui.optimisation.study import Study
 from railui.ride_quality.comfort import MIN_BLOCKS
 from railui.ride_quality.statistics import BLOCK_DURATION
 from railui.track import parse_spec
-from railui.track.excitation import Excitation, TrackSource, is_track_file, resolve_track
+from railui.track.excitation import LINE_FILES, Excitation, TrackSource, is_track_file, resolve_track
 from railui.vehicle.resolve import resolve_model
 from railui.vehicle.sampling import ParameterisedModel, draw_deviations
 
@@ -44,22 +44,28 @@ class Case:
 
 
 def seeds_of(study: Study, track: str, fresh: int | None = None) -> list[int | None]:
-    """Return the seeds with which a track of a study is generated; None for a file, which has none.
+    """Return the seeds with which a track of a study is generated; None for a file without synthetic irregularities.
 
-    The seed in the text of a track is used if the study leaves its seeds at the default. With `fresh` = k, return
-    the k-th set of as many seeds that the study does not use.
+    The seed of a track's spec, or of the spec in a designed line, is used if the study leaves its seeds at the default.
+    With `fresh` = k, return the k-th set of as many seeds that the study does not use.
     """
-    seeds: list[int | None] = list(study.cases.seed)
-    if is_track_file(_track_path(study, track)):
-        return [None] * len(seeds)
-    spec_seed = parse_spec(track).seed
-    if "seed=" in track and study.cases.seed == (0,):
-        seeds = [spec_seed]
+    own_seed = _own_seed(study, track)
+    if own_seed is None:
+        return [None] * len(study.cases.seed)
+    seeds: list[int | None] = [own_seed] if study.cases.seed == (0,) else list(study.cases.seed)
     if fresh is None:
         return seeds
-    specs = [t for t in study.cases.track if not is_track_file(_track_path(study, t))]
-    first = 1 + max([*study.cases.seed, *(parse_spec(spec).seed for spec in specs)])
+    own_seeds = [_own_seed(study, each) for each in study.cases.track]
+    first = 1 + max(*study.cases.seed, *(seed for seed in own_seeds if seed is not None))
     return [first + fresh * len(seeds) + i for i in range(len(seeds))]
+
+
+def _own_seed(study: Study, track: str) -> int | None:
+    """Return the seed in a track's spec, or in a designed line; None for a file without synthetic irregularities."""
+    path = _track_path(study, track)
+    if not is_track_file(path):
+        return parse_spec(track).seed
+    return resolve_track(path).seed if path.lower().endswith(LINE_FILES) else None
 
 
 def _track_path(study: Study, track: str) -> str:

@@ -163,7 +163,7 @@ def _sorted_front(study: Study, front: FloatArray, assess_designs: Assess) -> tu
 def fresh_objectives(study: Study, x: FloatArray, evaluator: Evaluator) -> FloatArray:
     """Return the objectives [set, design, objective] of designs x [design, variable] on seeds not used by the study.
 
-    NaN if every track is a file, which has no seeds.
+    NaN if no track has a seed: files without synthetic irregularities.
     """
     objectives = np.full((FRESH_SEED_SETS, len(x), len(study.objectives)), np.nan)
     sets = [cases_of(study, fresh=k) for k in range(FRESH_SEED_SETS)]

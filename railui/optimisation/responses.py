@@ -109,7 +109,7 @@ def ride_responses(case: Case, rows: FloatArray, keys: Collection[str], jobs: in
     result.distance_share[integrable] = np.where(has_diverged, share, 1.0)
     for i, failed in zip(integrable, has_diverged, strict=True):
         result.reasons[i] = DIVERGED if failed else ""
-    for key, values in _ride_values(model, statistics, excitation, keys).items():
+    for key, values in _ride_values(model, statistics, keys).items():
         result.values[key][integrable] = values
     if asked := set(keys) & set(SAFETY_KEYS):
         for key, values in _safety_values(model, rows[integrable], excitation, steps, asked, jobs).items():
@@ -142,12 +142,9 @@ def _count_steps(model: Model, rows: FloatArray, excitation: Excitation) -> Rows
     return integrable[:, 0], integrable[:, 1]
 
 
-def _ride_values(
-    model: Model, statistics: dict[str, FloatArray], excitation: Excitation, keys: Collection[str]
-) -> dict[str, FloatArray]:
+def _ride_values(model: Model, statistics: dict[str, FloatArray], keys: Collection[str]) -> dict[str, FloatArray]:
     """Return values [n] of ride keys from statistics, each vehicle scored with its own flange clearance."""
-    gauge_widening = float(excitation.track.gauge.mean()) / 2 if model.design.gauge_widens_clearance else 0.0
-    clearances = statistics["clearance"] + gauge_widening
+    clearances = statistics["clearance"]
     values: dict[str, FloatArray] = {}
     for clearance in np.unique(clearances):
         index = np.flatnonzero(clearances == clearance)

@@ -36,12 +36,10 @@ def comfort_notes(model: Model) -> list[str]:
     return notes
 
 
-def guidance_limit(model: Model, limit: float, excitation: Excitation) -> tuple[float, list[str]]:
-    """Return the limit of guidance, widened by half the mean gauge deviation if the design asks for it, and notes."""
-    notes = []
+def guidance_notes(model: Model, limit: float) -> list[str]:
+    """Return a note on a limit of guidance that is not the flange clearance of the design."""
     if is_guided_by_force(model):
-        notes.append(f"guidance: flange_* count the sum of guiding forces against {limit:.5g} N, not flange contact")
-    elif model.design.gauge_widens_clearance:
-        limit += float(excitation.track.gauge.mean()) / 2
-        notes.append("clearance: widened by half the gauge, of which flange_margin takes mean and spread")
-    return limit, notes
+        return [f"guidance: flange_* count the sum of guiding forces against {limit:.5g} N, not flange contact"]
+    if model.design.gauge_widens_clearance:
+        return ["clearance: widened by half the gauge, of which flange_margin takes mean and spread"]
+    return []

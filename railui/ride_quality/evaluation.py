@@ -19,7 +19,7 @@ from railui.ride_quality.comfort import (
     reference_accelerations,
     sperling_wz,
 )
-from railui.ride_quality.conditions import comfort_notes, duration_findings, duration_notes, guidance_limit
+from railui.ride_quality.conditions import comfort_notes, duration_findings, duration_notes, guidance_notes
 from railui.ride_quality.running_safety import SAFETY_KEYS, RunningSafety, running_safety_many
 from railui.ride_quality.score import FRAME_FLOOR, evaluate_ride
 from railui.ride_quality.statistics import (
@@ -144,10 +144,10 @@ def ride_result(
     own: dict[str, Any] = {name: values[number] for name, values in statistics.items()}
     floors = floor_points(model)
     own["comfort_point"] = _comfort_point(model, floors, own)
-    clearance, notes = guidance_limit(model, float(own["clearance"]), excitation)
+    limit = float(own["clearance"])
     findings = [*duration_findings(excitation), *(safety.findings if safety is not None else ())]
-    result = evaluate_ride(own, model.design.riding, clearance, findings)
-    notes = [*excitation.source.notes, *notes, *comfort_notes(model), *result["notes"]]
+    result = evaluate_ride(own, model.design.riding, limit, findings)
+    notes = [*excitation.source.notes, *guidance_notes(model, limit), *comfort_notes(model), *result["notes"]]
     result["notes"] = [*notes, *duration_notes(excitation)]
     diverged = bool(own["diverged"])
     result |= dict.fromkeys(SAFETY_KEYS) if safety is None else safety.measures()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.ride_quality.guiding_forces import MEAN_LENGTH, GuidingForces
@@ -79,20 +80,25 @@ def criteria_of(forces: GuidingForces, limits: SafetyLimits, s: FloatArray, firs
     """
     half = round(0.5 * MEAN_LENGTH / float(s[1] - s[0]))
 
-    def worst(x: FloatArray, limit: FloatArray | float) -> tuple[float, float, str, float]:
-        """Return the value nearest to its limit, the limit, its wheelset and wheel, and its distance [m]."""
+    def worst(
+        x: FloatArray, limit: FloatArray | float, samples: NDArray[np.int64] | None = None
+    ) -> tuple[float, float, str, float]:
+        """Return the value nearest to its limit, the limit, its wheelset and wheel, and its distance [m].
+
+        samples: of the track, by location; by default the middles of means over 2 m.
+        """
         limits = np.broadcast_to(np.asarray(limit), x.shape)
         index = np.unravel_index(int(np.nanargmax(x / limits)), x.shape)
         wheel = f", {WHEELS[index[1]]} wheel" if x.ndim == 3 else ""
-        at = float(s[min(first + int(index[-1]) + half, len(s) - 1)])
+        sample = first + int(index[-1]) + half if samples is None else int(samples[index[-1]])
+        at = float(s[min(sample, len(s) - 1)])
         return float(x[index]), float(limits[index]), f"wheelset {index[0] + 1}{wheel}", at
 
     value, limit, place, at = worst(np.abs(forces.total), forces.limit[:, None])
     text = f"sum of guiding forces {value / 1e3:.3g} kN over 2 m, more than {limit / 1e3:.3g} kN"
     found = [Criterion("sum_of_guiding_forces", value, limit, place, at, NOT_ADMISSIBLE, text)]
     if forces.rms.size:
-        value, limit, place, _ = worst(forces.rms, INSTABILITY_SHARE * forces.limit[:, None])
-        at = float(s[forces.centres[int(np.argmax(forces.rms.max(axis=0)))]])
+        value, limit, place, at = worst(forces.rms, INSTABILITY_SHARE * forces.limit[:, None], forces.centres)
         text = f"unstable: rms of the sum of guiding forces {value / 1e3:.3g} kN over 100 m, more than"
         text += f" {limit / 1e3:.3g} kN"
         found.append(Criterion("rms_100m", value, limit, place, at, NOT_ADMISSIBLE, text))

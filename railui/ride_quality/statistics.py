@@ -93,7 +93,8 @@ def ride_statistics(
     dict of FloatArray
         As `score_many` takes them: mean_e, sd_e, flange_fractions [n, wheelset], weighted accelerations [n], wz [n]
         (the rms weighted with B), diverged [n]; and block_rms [n, block of 5 s], lost_at [n] (s [m] at divergence,
-        else NaN), steps [n] per sample, clearance [n] [m]. The result of a vehicle depends on nothing but itself.
+        else NaN), steps [n] per sample, clearance [n] [m], widened by half the mean gauge deviation if the design asks
+        for it. The result of a vehicle depends on nothing but itself.
 
     Raises
     ------
@@ -105,7 +106,7 @@ def ride_statistics(
         steps = np.array(vehicles.required_steps(batch, excitation.speed, excitation.speed, excitation.dt))
     limits = guidance_limits(model, rows)
     sections = comfort_sections(model, rows, excitation.dt)
-    statistics: dict[str, FloatArray] = {"steps": steps.astype(float), "clearance": limits}
+    statistics: dict[str, FloatArray] = {"steps": steps.astype(float)}
     diverged_at = np.full(len(rows), -1)
     groups = list(zip(spacings(model, rows, excitation), steps.tolist(), strict=True))
     for wheelbase, n in sorted(set(groups)):
@@ -113,11 +114,14 @@ def ride_statistics(
         table = excitation.table(wheelbase, n)
         group = _Group(model, vehicles, batch.select(members), excitation.dt, table, n, limits[members], jobs)
         parts, diverged_at[members] = group.statistics({name: each[members] for name, each in sections.items()})
-        if excitation.track.has_curves and not is_guided_by_force(model):
-            parts |= group.straight_statistics(parts)
-        gauge_widens = model.design.gauge_widens_clearance and not is_guided_by_force(model)
-        if gauge_widens and np.any(excitation.track.gauge):
-            parts |= group.gauge_statistics(parts["sd_e"])
+        parts["clearance"] = limits[members]
+        if not is_guided_by_force(model):
+            counted = group.counted_samples(is_line=excitation.track.has_curves)
+            if not counted.all():
+                parts |= group.displacement_statistics(counted)
+            if model.design.gauge_widens_clearance and np.any(excitation.track.gauge):
+                parts |= group.gauge_statistics(parts["sd_e"], counted)
+                parts["clearance"] = limits[members] + float(excitation.track.gauge[counted].mean()) / 2
         if model.design.riding.peak_limit is not None and "acceleration" in sections:
             parts["acceleration_peak"] = group.peaks(sections["acceleration"][members])
         for name, values in parts.items():
@@ -175,26 +179,31 @@ class _Group:
             parts |= {f"{name}_points": rides.rms[:, :, i] for i, name in enumerate(names)}
         return parts, rides.diverged
 
-    def straight_statistics(self, parts: dict[str, FloatArray]) -> dict[str, FloatArray]:
-        """Return mean, standard deviation and contact of e on the straights of a line: in curves flanges guide.
+    def counted_samples(self, *, is_line: bool) -> NDArray[np.bool_]:
+        """Return True at each sample at which e counts: on the straights of a line, because in curves flanges guide.
 
-        Those of the whole ride where the line has less than one block of straight track.
+        All samples where the line has less than one block of straight track.
         """
         table, dt, steps = self.input
+        everywhere = np.ones(len(table[:: 2 * steps]), dtype=bool)
+        if not is_line:
+            return everywhere
         is_straight = straight_samples(table, steps, len(self.wheelset_channels))
-        if np.count_nonzero(is_straight) * dt < BLOCK_DURATION:
-            return {name: parts[name] for name in ("mean_e", "sd_e", "flange_fractions")}
+        return is_straight if np.count_nonzero(is_straight) * dt >= BLOCK_DURATION else everywhere
+
+    def displacement_statistics(self, counted: NDArray[np.bool_]) -> dict[str, FloatArray]:
+        """Return mean, standard deviation and contact of e at some of the samples."""
         series, _ = self.vehicles.simulate(self.batch, *self.input, self.wheelset_channels, jobs=self.jobs)
-        e = series[:, :, is_straight]
+        e = series[:, :, counted]
         touching = np.abs(e) >= self.limits[:, None, None]
         return {"mean_e": e.mean(axis=2), "sd_e": e.std(axis=2), "flange_fractions": touching.mean(axis=2)}
 
-    def gauge_statistics(self, sd_e: FloatArray) -> dict[str, FloatArray]:
-        """Return shares of contact against c + g/2, counted on the series, and the standard deviation against it."""
+    def gauge_statistics(self, sd_e: FloatArray, counted: NDArray[np.bool_]) -> dict[str, FloatArray]:
+        """Return shares of contact against c + g/2 at the counted samples, and the standard deviation against it."""
         series, _ = self.vehicles.simulate(self.batch, *self.input, self.wheelset_channels, jobs=self.jobs)
         table, _, steps = self.input
-        half_gauge = half_gauge_deviations(table, steps, len(self.wheelset_channels))
-        touching = np.abs(series) >= self.limits[:, None, None] + half_gauge
+        half_gauge = half_gauge_deviations(table, steps, len(self.wheelset_channels))[:, counted]
+        touching = np.abs(series[:, :, counted]) >= self.limits[:, None, None] + half_gauge
         return {"flange_fractions": touching.mean(axis=2), "sd_e": sd_with_gauge(sd_e, half_gauge)}
 
     def peaks(self, sections: FloatArray) -> FloatArray:

@@ -13,13 +13,20 @@ from railui.arrays import FloatArray
 from railui.core import sosfilt
 from railui.dsp.spectra import detrend
 from railui.ride_quality.comfort import CARBODY_CENTRE, carbody_effect, comfort_sections
-from railui.ride_quality.conditions import comfort_notes
+from railui.ride_quality.conditions import comfort_notes, guidance_notes
 from railui.ride_quality.evaluation import TrackLike, excitation_of
 from railui.ride_quality.guiding_forces import MEAN_LENGTH, GuidingForces, guiding_force_channels, wheel_load_paths
 from railui.ride_quality.running_safety import SAFETY_KEYS, safety_of
 from railui.ride_quality.safety_limits import SafetyLimits, force_limit
 from railui.ride_quality.score import CLASSES, FRAME_FLOOR, evaluate_ride
-from railui.ride_quality.statistics import half_gauge_deviations, sd_with_gauge, straight_samples
+from railui.ride_quality.statistics import (
+    guidance_channels,
+    guidance_limits,
+    half_gauge_deviations,
+    is_guided_by_force,
+    sd_with_gauge,
+    straight_samples,
+)
 from railui.track import Track
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
@@ -188,11 +195,15 @@ class _TrackRide:
         wheelsets = [c for c in available if re.fullmatch(r"e\d+", c)]
         floors = [c for c in available if c.startswith("floor.")]
         forces = guiding_force_channels(model)
-        channels = [*wheelsets, *(floors or ["ayf"]), *forces]
+        self.is_guided_by_force = is_guided_by_force(model)
+        totals = guidance_channels(model) if self.is_guided_by_force else ()
+        channels = [*wheelsets, *totals, *(floors or ["ayf"]), *forces]
         series, diverged_at = simulate_series(model, excitation, channels, jobs=jobs)
         self.diverged_at = diverged_at
         self.valid_samples = len(excitation.track) if diverged_at is None else diverged_at
-        self.e, accelerations, y = np.split(series, [len(wheelsets), len(channels) - len(forces)])
+        ends = [len(wheelsets), len(wheelsets) + len(totals), len(channels) - len(forces)]
+        self.e, total_forces, accelerations, y = np.split(series, ends)
+        self.guidance = total_forces if self.is_guided_by_force else self.e
         self.force_limits = force_limit(
             np.array([model.design.values[path] for path in wheel_load_paths(model)]), model.design.riding.use
         )
@@ -202,10 +213,10 @@ class _TrackRide:
         self.comfort_point = FRAME_FLOOR if carbody_effect(model) is None else CARBODY_CENTRE
         if floors:
             self.comfort_point = f"the worst of {', '.join(floors)}"
-        self.clearance = model.design.value("contact.flange_clearance")
+        self.limit = float(guidance_limits(model, model.row[None])[0])
         self.half_gauge = np.zeros((len(wheelsets), len(excitation.track)))
         self.is_straight = np.ones(len(excitation.track), dtype=bool)
-        if model.design.gauge_widens_clearance or excitation.track.has_curves:
+        if not self.is_guided_by_force and (model.design.gauge_widens_clearance or excitation.track.has_curves):
             table = excitation.table(spacings(model, model.row[None], excitation)[0], 1)
             if model.design.gauge_widens_clearance:
                 self.half_gauge = half_gauge_deviations(table, 1, len(wheelsets))
@@ -220,8 +231,10 @@ class _TrackRide:
         return GuidingForces.from_series(self.model, series[:, :n], 1.0 / self.excitation.dt, spacing)
 
     def notes(self) -> list[str]:
-        """Return notes on divergence and on the wheel loads of Y/Q."""
-        notes = [CURVES_NOTE] if self.excitation.track.has_curves else []
+        """Return notes on the limit of guidance, on divergence and on the wheel loads of Y/Q."""
+        notes = guidance_notes(self.model, self.limit)
+        if self.excitation.track.has_curves and not self.is_guided_by_force:
+            notes.append(CURVES_NOTE)
         if self.diverged_at is not None:
             location = self.excitation.distance_at(self.diverged_at)
             notes.append(f"the vehicle left the track at s = {location:.5g} m: no statistics from there on")
@@ -236,7 +249,7 @@ class _TrackRide:
             undefined: dict[str, Any] = dict.fromkeys((*RIDE_KEYS, *FORCE_KEYS, *SAFETY_KEYS)) | {"criteria": []}
             reason = {"score": 0.0, "class": CLASSES[0], "decided_by": "the vehicle left the track", "largest_e": None}
             return location | undefined | reason
-        clearance, statistics = self._guidance_between(first, stop)
+        limit, statistics = self._guidance_between(first, stop)
         for name, x in self.weighted.items():
             statistics[name] = float(np.sqrt(np.mean(x[:, first:stop] ** 2, axis=1)).max())
         if "acceleration" in self.weighted:
@@ -244,7 +257,7 @@ class _TrackRide:
         forces, findings = self._forces_between(first, stop)
         riding, is_guided = self.model.design.riding, self._is_guided(first, stop)
         quality = evaluate_ride(
-            statistics, riding if is_guided else replace(riding, comfort_weight=1.0), clearance, findings
+            statistics, riding if is_guided else replace(riding, comfort_weight=1.0), limit, findings
         )
         result = {key: quality[key] for key in RIDE_KEYS}
         if not is_guided:
@@ -259,21 +272,25 @@ class _TrackRide:
         return bool(self.is_straight[first:stop].mean() >= MIN_STRAIGHT_SHARE)
 
     def _guidance_between(self, first: int, stop: int) -> tuple[float, dict[str, Any]]:
-        """Return the clearance [m] and the statistics of e on the straights of a section; at rest without any."""
+        """Return the limit of guidance and the statistics of a section.
+
+        The clearance [m] and e on its straights, at rest without any; or the limit of the sum of guiding forces [N] and
+        this sum in the whole section.
+        """
         inside = first + np.flatnonzero(self.is_straight[first:stop])
         is_guided = self._is_guided(first, stop)
         if not is_guided:
             inside = np.arange(first, stop)
-        e, half_gauge = self.e[:, inside], self.half_gauge[:, inside]
-        clearance = self.clearance + half_gauge
+        x, half_gauge = self.guidance[:, inside], self.half_gauge[:, inside]
+        limit = self.limit + half_gauge
         statistics = {
-            "mean_e": e.mean(axis=1),
-            "sd_e": sd_with_gauge(e.std(axis=1), half_gauge),
-            "flange_fractions": (np.abs(e) >= clearance).mean(axis=1),
+            "mean_e": x.mean(axis=1),
+            "sd_e": sd_with_gauge(x.std(axis=1), half_gauge),
+            "flange_fractions": (np.abs(x) >= limit).mean(axis=1),
         }
         if not is_guided:
-            statistics = {name: np.zeros(len(e)) for name in statistics}
-        return float(clearance.mean()), {**statistics, "comfort_point": self.comfort_point}
+            statistics = {name: np.zeros(len(x)) for name in statistics}
+        return float(limit.mean()), {**statistics, "comfort_point": self.comfort_point}
 
     def _forces_between(self, first: int, stop: int) -> tuple[dict[str, Any], list[tuple[str, str]]]:
         """Return guiding forces, criteria of running safety and exceeded limits of a section."""

@@ -8,22 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.runs.columns import column_names
+from railui.runs.columns import Form, column_names
 
 SEQUENCE = 16  # samples; noise makes a repetition by chance impossible
 MIN_DISTINCT = 4  # different values of a sequence
 MAX_SHARED_SHARE = 0.05  # of the sequences of the shorter run
 
 
-def shared_share(a: Mapping[str, FloatArray], b: Mapping[str, FloatArray]) -> float:
+def shared_share(a: Mapping[str, FloatArray], b: Mapping[str, FloatArray], form: Form | None = None) -> float:
     """Return the share of the sequences of 16 samples of one run that occur in the other.
 
     Parameters
     ----------
     a, b
         Columns [n] by name; the largest share of a response counts.
+    form
+        Form of both runs; that of a bogie or a rig by default.
     """
-    others = {*column_names("bogie", "clock", "track", "coach"), *column_names("rig", "clock", "track")}
+    forms: tuple[Form, ...] = ("bogie", "rig") if form is None else (form,)
+    others = {name for each in forms for name in column_names(each, "clock", "track", "coach")}
     return max((_shared(a[name], b[name]) for name in (a.keys() & b.keys()) - others), default=0.0)
 
 

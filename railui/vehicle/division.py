@@ -63,6 +63,13 @@ def divide_design(design: Design, paths: Sequence[str]) -> Design:
     )
 
 
+def newly_divided(undivided: Design, design: Design) -> tuple[str, ...]:
+    """Return the paths of the numbers that differ between joints or wheelsets of a design only, not of another."""
+    if undivided.structure is None or design.structure is None:
+        return ()
+    return tuple(p for p in design.structure.divided_numbers if p not in undivided.structure.divided_numbers)
+
+
 def _divided(values: Mapping[str, Number], structure: Structure) -> dict[str, Number]:
     return {each: value for path, value in values.items() for each in structure.paths_of(path)}
 

@@ -11,7 +11,8 @@ import pytest
 
 from railui.campaign.campaign import Campaign, load_campaign
 from railui.campaign.dataset import read_dataset
-from railui.io.problems import Problem
+from railui.campaign.stated_noise import read_stated_noise
+from railui.io.problems import FileProblems, Findings, Problem
 
 Problems = Callable[[Callable[[], object]], list[Problem]]
 Records = list[dict[str, Any]]
@@ -172,6 +173,24 @@ def test_noise_of_a_derivative_has_the_unit_of_the_motion(rig_folder: Path) -> N
         path.write_text(path.read_text().replace("u [V]", "az [m/s^2]"))
     rewrite(rig_folder, ("u: 2 mV", "az: 5 mm/s^2"))
     assert load_campaign(rig_folder).noise == pytest.approx({"z": 0.01, "az": 5.0})
+
+
+def test_noise_of_a_rig_has_no_unit_where_its_column_has_none(rig_folder: Path) -> None:
+    for name in ("run_a.csv", "run_b.csv"):
+        path = rig_folder / name
+        path.write_text(path.read_text().replace("z [mm]", "z"))
+    with pytest.raises(FileProblems, match="no header states that of z"):
+        load_campaign(rig_folder)
+    rewrite(rig_folder, ("z: 0.01 mm", "z: 0.01"))
+    assert load_campaign(rig_folder).noise["z"] == 0.01
+
+
+def test_noise_of_a_bench_without_header_units_is_converted_to_si() -> None:
+    findings = Findings("fleet.yaml")
+    noise = read_stated_noise({"F": "0.1 kN", "z": "0.01 mm", "vz": 2}, "bench", [], findings)
+    assert noise == pytest.approx({"F": 100.0, "z": 1e-5, "vz": 2.0}) and not findings.problems
+    read_stated_noise({"F": "0.1 V"}, "bench", [], findings)
+    assert [problem.key for problem in findings.problems] == ["noise.F"]
 
 
 def test_a_component_on_a_bench_is_read_in_si(campaign_folder: Path) -> None:

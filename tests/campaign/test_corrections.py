@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from railui.campaign.campaign import load_campaign
 from railui.campaign.corrections.correction import Correction
+from railui.campaign.corrections.reading import read_corrections
 from railui.documents.saving import save_campaign
 from railui.documents.schema import json_schema
-from railui.io.problems import Problem
+from railui.io.problems import Findings, Problem
 
 Problems = Callable[[Callable[[], object]], list[Problem]]
 
@@ -36,6 +39,13 @@ def test_corrections_are_read_with_units_beside_effects_and_saved_again(campaign
     saved = load_campaign(save_campaign(campaign, campaign_folder / "saved.yaml"))
     assert (saved.corrections, saved.sensors) == (campaign.corrections, campaign.sensors)
     assert saved.corrections.track_offset == campaign.corrections.track_offset
+
+
+@pytest.mark.parametrize("kind", ["rig", "bench"])
+def test_a_run_without_track_has_no_offset_of_its_track(kind: str) -> None:
+    findings = Findings("campaign.yaml")
+    corrections = read_corrections({"track_offset": "0.3 m"}, kind, ["run_a.csv"], findings)
+    assert [p.message for p in findings.problems] == [f"a {kind} has no track"] and not corrections.track_offset
 
 
 def test_every_wrong_correction_is_reported_at_its_key(campaign_folder: Path, problems_of: Problems) -> None:

@@ -50,6 +50,13 @@ def test_a_written_campaign_keeps_its_freed_numbers(tmp_path: Path) -> None:
     assert again.estimated_parameters == first.estimated_parameters and again.design.values == first.design.values
 
 
+def test_a_written_campaign_frees_numbers_of_its_undivided_design(tmp_path: Path) -> None:
+    first: Campaign = load_campaign(campaign(tmp_path, f"adjust: [{DAMPING}]\nfree: [{CONICITY}]"))
+    again = load_campaign(save_campaign(first, tmp_path / "again.yaml"))
+    assert again.estimated_parameters == first.estimated_parameters and again.design.values == first.design.values
+    assert again.freed == first.freed == (CONICITY,)
+
+
 @pytest.mark.parametrize(
     ("free", "says", "remedy"),
     [

@@ -74,6 +74,11 @@ def test_a_wrong_unit_is_named() -> None:
     assert only(diagnosis_of(scaled("d2", gain=10.0))).yaml == "sensors: {d2: {gain: 10}}"
 
 
+def test_a_wrong_unit_is_found_once_by_relations_and_by_the_response() -> None:
+    fault = only(diagnosis_of(scaled("ay1", gain=1 / 9.80665), missing=("e1", "e2")))
+    assert fault.yaml == "sensors: {ay1: {unit: g}}"
+
+
 def test_exchanged_channels_are_named_together() -> None:
     fault = only(diagnosis_of(exchanged("e1", "e2")))
     assert (fault.kind, set(fault.channels)) == ("exchanged", {"e1", "e2"})

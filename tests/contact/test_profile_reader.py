@@ -184,7 +184,9 @@ def test_a_radius_table_is_read_in_either_order_with_faults_by_line(tmp_path: Pa
         ("y [mm],delta_r [mm]\n0,0\n1,1\n1,2\n3,3\n4,4\n", 4, "does not increase"),
         ("y [mm],r [mm]\n0,0\n", 1, "no column delta_r"),
         ("y [mm],delta_r [kg]\n0,0\n", 1, "not a length"),
-        ("y [mm],delta_r [mm]\n0,0\n1,\n2,2\n3,3\n4,4\n", 3, "is not a number"),
+        ("y [mm],delta_r [mm]\n0,0\n1,\n2,2\n3,3\n4,4\n", 3, "delta_r: is not a number, give a number in each row"),
+        ("y [mm],delta_r [mm]\n4,4\n3,3\n3,2\n1,1\n0,0\n", 4, "does not decrease"),
+        ("y [mm],delta_r [mm]\n4,4\n0,0\n3,3\n2,2\n1,1\n", 4, "does not decrease"),
     ):
         path.write_text(text)
         with pytest.raises(FileProblems) as error:

@@ -205,6 +205,10 @@ def test_many_designs_have_the_equilibria_of_each_alone() -> None:
 def test_invalid_radii_are_rejected() -> None:
     with pytest.raises(ValueError, match="radius"):
         curve(CHECK, 0.0)
+    model = Model(CHECK)
+    for radius in (np.inf, np.nan, 0.0):
+        with pytest.raises(ValueError, match=f"other than 0: {radius:g} m"):
+            solve_equilibria(model, model.row[None].repeat(2, axis=0), np.array([600.0, radius]), np.zeros(2))
 
 
 def test_the_command_writes_all_keys_and_cases(tmp_path: Path) -> None:

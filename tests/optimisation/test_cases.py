@@ -20,6 +20,20 @@ def test_a_track_file_has_no_seeds_and_the_seed_of_a_spec_is_the_default(tmp_pat
     assert seeds_of(study, spec, fresh=0) == [10]
 
 
+def test_a_designed_line_has_the_seeds_of_its_synthetic_irregularities(tmp_path: Path) -> None:
+    text = "schema: railui.line/1\nsegments: [{kind: straight, length: 200 m}]\n"
+    (tmp_path / "rough.yaml").write_text(f"{text}irregularity: erri_b176_low seed=9\n")
+    (tmp_path / "smooth.yaml").write_text(text)
+    study = small_study(tmp_path, cases="{track: [rough.yaml, smooth.yaml], speed: [40]}")
+    assert seeds_of(study, "rough.yaml") == [9] and seeds_of(study, "smooth.yaml") == [None]
+    first, second = (cases_of(study, fresh=k)[0].excitation.source for k in (0, 1))
+    assert (first.seed, second.seed) == (10, 11)
+    assert not np.array_equal(first.track.yw, second.track.yw)
+    study = small_study(tmp_path, cases="{track: [rough.yaml], speed: [40], seed: [1, 2], scenario: [{}]}")
+    one, two = (case.excitation.track for case in cases_of(study))
+    assert not np.array_equal(one.yw, two.yw)
+
+
 def test_each_parameter_sample_is_a_case_with_its_own_result(tmp_path: Path) -> None:
     adjusted = tmp_path / "adjusted.yaml"
     names = "[contact.leading.conicity, vehicle.secondary.yaw_damping]"

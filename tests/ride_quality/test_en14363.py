@@ -152,6 +152,22 @@ def test_a_target_of_the_cant_deficiency_extrapolates_curves(tmp_path: Path) -> 
     assert steady["method"] == "two-dimensional" and steady["estimated"] == pytest.approx(15e3, rel=1e-3)
 
 
+@pytest.mark.parametrize("constant", [0.0, 20e3])
+def test_cant_excess_is_no_deficiency_of_the_regression(tmp_path: Path, constant: float) -> None:
+    """R 500, left and right; outward force 0 or 20 kN + 100 kN/m x I on I from -90 to 90 mm: 15 kN more at 150 mm."""
+    s = np.arange(0.0, 700.0, STEP)
+    I = -0.09 + 0.03 * (s // 100.0)  # noqa: E741
+    side = np.where(s < 300.0, 1.0, -1.0)
+    outward, ones = constant + 100e3 * I, np.ones(s.size)
+    right, left = np.where(side > 0, 0.0, outward), -np.where(side > 0, outward, 0.0)
+    columns = {"Y1.right [N]": right, "Y1.left [N]": left, "Q1.left [kN]": 50 * ones, "Q1.right [kN]": 50 * ones}
+    columns |= {"radius [m]": side * 500.0, "cant_deficiency [m]": I}
+    result = evaluate_measured(write_run(tmp_path / "run.csv", s, columns), BOGIE, cant_deficiency=0.15)
+    steady = of(result, "quasi-static guiding force", "wheelset 1, outer", 3)
+    assert steady["method"] == "two-dimensional"
+    assert steady["estimated"] == pytest.approx(constant + 15e3, rel=1e-3)
+
+
 def test_zones_and_sections_leave_transitions_out() -> None:
     s = np.arange(0.0, 1000.0, 1.0)
     curvature = np.interp(s, [0, 300, 400, 700, 800, 1000], [0, 0, 1 / 300, 1 / 300, 0, 0])

@@ -256,6 +256,29 @@ def test_a_line_without_curves_rides_as_a_straight_track(design: Design) -> None
         np.testing.assert_allclose(line_[name], straight[name], atol=tolerance * np.abs(straight[name]).max(), rtol=0)
 
 
+def test_flange_contact_against_a_widened_gauge_counts_on_straights_only() -> None:
+    drawn = synthetic_track("erri_b176_high", length=1000.0, seed=1)
+    curved = line(300.0, 200.0, start=500.0, spiral=40.0, end=120.0)
+    gauge = np.where(np.abs(curved.curvature) > 0.0, 20e-3, 0.0) + 2e-3 * np.sin(curved.s / 5.0)
+    rough = 2.0 * drawn.yw[: len(curved)]
+    track = Track(curved.s, rough, gauge=gauge, curvature=curved.curvature)
+    design = SPRUNG.with_values({"contact.gauge_widens_clearance": True, "contact.flange_clearance": 4e-3})
+    e = simulate(design, track, 30.0, ["e1"])["e1"]
+    behind = np.array([np.abs(np.interp(track.s - back, track.s, track.curvature)) for back in (0.0, 2.56)])
+    straight = np.all(behind <= 1e-4, axis=0)
+    half = 0.5 * gauge
+    result = ride(design, track, 30.0)
+    assert result["statistics"]["mean_e"][0] == pytest.approx(e[straight].mean(), rel=1e-2)
+    assert result["statistics"]["sd_e"][0] == pytest.approx(np.hypot(e[straight].std(), half[straight].std()), rel=1e-2)
+    share = np.mean(np.abs(e[straight]) >= 4e-3 + half[straight])
+    assert share > 0.02 and result["flange_fractions"][0] == pytest.approx(share, abs=1e-3)
+    margins = [
+        (4e-3 + half[straight].mean() - abs(m)) / sd
+        for m, sd in zip(result["statistics"]["mean_e"], result["statistics"]["sd_e"], strict=True)
+    ]
+    assert result["flange_margin"] == pytest.approx(min(margins), rel=1e-3)
+
+
 def test_a_ride_reports_the_line_and_its_forces() -> None:
     result = ride(COACH, line(600.0, 300.0, 0.1, end=60.0), "90 km/h")
     assert result["line"]["least_radius"] == pytest.approx(600.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -221,6 +222,18 @@ def test_each_limit_is_compared_with_its_own_quantity() -> None:
     assert found["wheel_unloading"].value == pytest.approx(0.7, rel=1e-3)
     assert found["derailment_quotient"].value > 60.0 / (0.3 * 54.546)
     assert {each.key for each in safety.criteria if each.is_exceeded} >= {"rms_100m", "wheel_unloading"}
+
+
+def test_instability_is_located_where_the_wheelset_nearest_its_limit_swings() -> None:
+    """The first wheelset swings at 100 m near its limit, the second at 300 m with more, far below a higher limit."""
+    s = 0.1 * np.arange(4000)
+    centres = np.array([1000, 3000])
+    even = np.ones(4000)
+    made = guided(even, 0.0 * even, 0.0 * even)
+    rms = np.array([[20e3, 0.0], [0.0, 30e3], [0.0, 0.0], [0.0, 0.0]])
+    forces = replace(made, rms=rms, centres=centres, limit=np.array([30e3, 90e3, 90e3, 90e3]))
+    found = {each.key: each for each in safety_of(COACH, forces, s).criteria}["rms_100m"]
+    assert (found.place, found.at, found.value) == ("wheelset 1", pytest.approx(100.0), 20e3)
 
 
 def test_the_flange_angle_and_friction_of_a_design_make_its_limits() -> None:

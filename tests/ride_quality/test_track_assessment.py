@@ -15,6 +15,7 @@ from railui.cli import cli
 from railui.ride_quality.evaluation import excitation_of, ride, simulate
 from railui.ride_quality.guiding_forces import characteristic_values
 from railui.ride_quality.running_safety import running_safety
+from railui.ride_quality.safety_limits import force_limit
 from railui.ride_quality.track_assessment import assess, band_pass, rank_correlation, ranks, severity
 from railui.track import Track, band_sd, synthetic_track
 from railui.track.reader import save_track
@@ -184,6 +185,24 @@ def test_flange_contact_in_a_curve_does_not_lower_the_class_of_a_section() -> No
     assert sections[0]["flange_fractions"][0] == pytest.approx(np.mean(np.abs(e[:2000]) >= 6e-3), abs=1e-3)
     assert "guidance" in sections[0]["decided_by"]
     assert any(note.startswith("curves: flanges guide there") for note in result["notes"])
+
+
+def test_sections_are_scored_by_guiding_forces_where_the_design_asks_for_it() -> None:
+    design = load_design(BOGIE).with_values({"riding.guidance": "lateral_force"})
+    line = synthetic_track("erri_b176_high", length=1000.0, seed=1)
+    result = assess(line, design, 45.0, section_length=500.0)
+    Y = np.array(list(simulate(design, line, 45.0, ["Y1", "Y2"]).values())[2:])
+    limit = float(force_limit(np.array([55e3]), design.riding.use)[0])
+    for one in result["stretches"]:
+        a, b = np.searchsorted(line.s, [one["from"] - 0.01, one["to"] + 0.01])
+        assert one["flange_fractions"] == pytest.approx((np.abs(Y[:, a:b]) >= limit).mean(axis=1), abs=1e-12)
+        margins = (limit - np.abs(Y[:, a:b].mean(axis=1))) / Y[:, a:b].std(axis=1)
+        assert one["flange_margin"] == pytest.approx(margins.min(), rel=1e-9)
+        assert one["largest_e"] < 0.1  # m, not N
+    assert any("sum of guiding forces against" in note for note in result["notes"])
+    curved = assess(HOME / "designs/lines/reverse_curves.yaml", design, 25.0)
+    assert all(one["flange_fraction"] is not None for one in curved["stretches"])
+    assert not any(note.startswith("curves:") for note in curved["notes"])
 
 
 def test_what_the_forces_of_a_linear_design_cannot_show_is_noted() -> None:

@@ -101,6 +101,15 @@ def test_coarse_numbers_alone_are_no_shared_samples() -> None:
     assert shared_share(a, {"e1": a["e1"][1000:]}) == 1.0
 
 
+def test_one_commanded_motion_of_two_runs_on_a_bench_is_no_shared_recording() -> None:
+    random = np.random.default_rng(1)
+    z = random.normal(size=2000)
+    a, b = ({"z": z, "vz": np.gradient(z), "F": random.normal(size=2000)} for _ in range(2))
+    assert shared_share(a, b, "bench") == 0.0
+    assert shared_share(a, a, "bench") == 1.0
+    assert shared_share({"u": z, "z": z}, {"u": z, "z": z[1000:]}, "rig") == 1.0
+
+
 def test_clipping_does_not_depend_on_the_division_of_the_stream() -> None:
     random = np.random.default_rng(2)
     x = np.clip(np.convolve(random.normal(size=9000), np.ones(6) / 2.4, "same"), -2.5, 1.5)

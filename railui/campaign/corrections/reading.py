@@ -11,7 +11,7 @@ from railui.campaign.corrections.correction import EFFECTS, TRACK_OFFSET, Correc
 from railui.io.fields import LIST_OR_SCALAR, OBJECT, Group, Switch, Text, ValueReader, check_group, quantity_reader
 from railui.io.problems import Findings, suggest_name
 from railui.io.units import UnitError, quantity
-from railui.runs.columns import Form, columns_of
+from railui.runs.columns import RIG_FORMS, Form, columns_of
 
 
 class CorrectionModel(Group):
@@ -73,7 +73,7 @@ def read_corrections(raw: Any, kind: Form, runs: Sequence[str], findings: Findin
     Parameters
     ----------
     kind
-        "bogie" or "rig".
+        "bogie", "rig", "bench", or the columns of a vehicle.
     runs
         Names of the campaign's runs.
     """
@@ -90,7 +90,7 @@ def read_corrections(raw: Any, kind: Form, runs: Sequence[str], findings: Findin
         elif name == TRACK_OFFSET:
             continue
         elif name not in known:
-            names = [*known, EFFECTS, *([TRACK_OFFSET] if kind != "rig" else [])]
+            names = [*known, EFFECTS, *([TRACK_OFFSET] if kind not in RIG_FORMS else [])]
             findings.add(path, "unknown column", suggest_name(str(name), names), key=True)
         elif isinstance(value, list):
             for i, entry in enumerate(value):
@@ -143,8 +143,8 @@ def _check_unit(unit: str, expected: str, path: str, findings: Findings) -> None
 def _track_offset(raw: Any, kind: Form, runs: Sequence[str], findings: Findings) -> dict[str, float]:
     if raw is None:
         return {}
-    if kind == "rig":
-        findings.add(f"sensors.{TRACK_OFFSET}", "a rig has no track", "leave it out", key=True)
+    if kind in RIG_FORMS:
+        findings.add(f"sensors.{TRACK_OFFSET}", f"a {kind} has no track", "leave it out", key=True)
         return {}
     offsets: dict[str, float] = {}
     for run, value in (raw if isinstance(raw, Mapping) else {"": raw}).items():

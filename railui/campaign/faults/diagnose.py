@@ -66,12 +66,13 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
         for name, segments in runs.items()
     }
     faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
-    faults = [_with_named_unit(_unresolved(f, searches), dataset) for f in faults]
+    faults = [_unresolved(f, searches) for f in faults]
     if is_on_track:
         faults += _faults_by_response(dataset, runs, faults, jobs)
         faults += _faults_against_model(dataset, runs, faults)
         faults += _reversed_cross_level(dataset, runs, faults)
-    return ordered([*faults, *waveform])
+    # only reading applies a named unit, each search needs its gain
+    return ordered([_with_named_unit(fault, dataset) for fault in (*faults, *waveform)])
 
 
 def _without(segment: Segment, channels: set[str]) -> Segment:
@@ -169,7 +170,7 @@ def _faults_by_response(
     settings, (wheelbase, radius) = dataset.campaign.settings.faults, _geometry(dataset)
     model = Model(dataset.campaign.design, dataset.campaign.sensors)
     rows = vehicle_rows(settings, model, dataset.campaign.estimated_parameters)
-    found: list[Fault] = []  # with gains in the place of named units, which only reading applies
+    found: list[Fault] = []
     while len(found) < settings.max_faults:
         corrections = ordered([*faults, *found]).corrections
         corrected = [corrected_segment(s, corrections, wheelbase) for s in segments]
@@ -183,7 +184,7 @@ def _faults_by_response(
         found.append(replace(fault, text=f"{fault.text} (by the {RESPONSE})"))
         if not fault.corrections or alternatives:
             break
-    return [_with_named_unit(fault, dataset) for fault in found]
+    return found
 
 
 def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
@@ -212,7 +213,7 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
         track = _fault_against_model(Hypothesis("sign", recorded, -1.0), files)
         alone = yaml_line(Hypothesis("sign", ("yw",), -1.0).corrections())
         return [replace(track, alternatives=(alone,) if len(recorded) > 1 else ())]
-    return [_with_named_unit(_fault_against_model(h, files), dataset) for h in contradictions.values()]
+    return [_fault_against_model(h, files) for h in contradictions.values()]
 
 
 def _reversed_cross_level(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:

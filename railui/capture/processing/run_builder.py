@@ -101,8 +101,6 @@ def build_measured_run(recording: Recording, sensor_map: SensorMap) -> MeasuredR
     segments, counts = uniform_segments(recording, names, MIN_DURATION)
     clipped = find_clipped(recording, sensor_map)
     notes += [CLIPPED_COMMENT + text for text in clipped.values()]
-    if raw:
-        notes.append(f"gravity through roll is taken out of {', '.join(sorted(raw))} (gravity: raw in the map)")
     builder = _RunBuilder(recording, sensor_map, counts, notes, raw, clipped)
     for moving in _moving_segments(builder, segments):
         _add_segment(builder, moving)
@@ -209,6 +207,9 @@ def _add_segment(builder: _RunBuilder, moving: _Moving) -> None:
         remedy = "map a sensor that measures it"
         raise file_problem(sensor_map.source, str(error), remedy, "sensors", position=(1, 1)) from None
     rows = slice(track.settling_samples, len(segment) - track.settling_samples)
+    if builder.raw and track.has_roll:
+        raw = ", ".join(sorted(builder.raw))
+        builder.notes.append(f"gravity through roll is taken out of {raw} (gravity: raw in the map)")
     builder.notes += track.notes
     builder.track_parts.append(_TrackPart(track, rows, moving.s))
     builder.columns.append({n: x[rows] for n, x in (base | dict(track.columns)).items()})

@@ -18,7 +18,7 @@ from railui.capture.processing.map_schema import (
     SpeedModel,
 )
 from railui.io.problems import Findings, suggest_name
-from railui.io.units import UnitError, convert, parse_unit, quantity, quantity_in_any_unit, split_quantity
+from railui.io.units import UnitError, convert, parse_unit, quantity, split_quantity
 from railui.io.yaml_file import load_fields
 from railui.vehicle.design_reader import Design
 from railui.vehicle.reference import load_named_design
@@ -41,8 +41,8 @@ class Sensor:
         Unit of the channels, None if the recording states it.
     factor
         Sign and scale.
-    offset
-        Offset in the channels' unit.
+    offset, offset_unit
+        Offset and its unit, "" for the channels' unit.
     delay
         Delay of sensor and filter [s].
     position
@@ -58,6 +58,7 @@ class Sensor:
     unit: str | None
     factor: float
     offset: float
+    offset_unit: str
     delay: float
     position: tuple[float, float, float]
     gravity: str
@@ -76,6 +77,14 @@ class Sensor:
             if self.quantity == "cross_level" and parse_unit(unit).is_compatible(parse_unit("rad")):
                 raise UnitError(error.message, "name the quantity phiw: cross-level as an angle") from None
             raise
+
+    def offset_in(self, unit: str) -> float:
+        """Return the offset in the unit of a channel; raise UnitError if its own unit is not one of the quantity."""
+        if self.offset_unit in ("", unit):
+            return self.offset
+        if not QUANTITIES[self.quantity].unit:  # a rig, whose channels keep their units
+            return convert(self.offset, self.offset_unit, unit)
+        return self.offset * self.si_factor(self.offset_unit) / self.si_factor(unit)
 
 
 @dataclass(frozen=True)
@@ -181,6 +190,7 @@ def _read_sensor(name: str, model: SensorModel, convention: str, findings: Findi
         unit=model.unit,
         factor=sign * model.scale,
         offset=0.0,
+        offset_unit="",
         delay=model.delay,
         position=model.position,
         gravity=model.gravity,
@@ -193,8 +203,8 @@ def _with_offset_and_noise(sensor: Sensor, model: SensorModel, path: str, findin
     """Read offset and noise, and check the unit."""
     values: dict[str, Any] = {}
     try:
-        if model.offset is not None:  # in the channel's own unit
-            values["offset"] = quantity_in_any_unit(model.offset)
+        if model.offset is not None:
+            values["offset"], values["offset_unit"] = _read_offset(sensor, model.offset)
     except UnitError as error:
         findings.add(f"{path}.offset", error.message, error.remedy)
     try:
@@ -208,6 +218,14 @@ def _with_offset_and_noise(sensor: Sensor, model: SensorModel, path: str, findin
     except UnitError as error:
         findings.add(f"{path}.unit", error.message, error.remedy)
     return replace(sensor, **values)
+
+
+def _read_offset(sensor: Sensor, value: Any) -> tuple[float, str]:
+    """Return an offset and its unit, "" for a number alone; raise UnitError for a unit that the quantity lacks."""
+    number, unit = split_quantity(value) if isinstance(value, str) else (value, "")
+    if unit:
+        sensor.si_factor(unit)
+    return quantity(number, "1"), unit
 
 
 def _read_noise(sensor: Sensor, value: Any) -> float:

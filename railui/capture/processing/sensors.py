@@ -47,6 +47,7 @@ def _check_channel(sensor: Sensor, channel: str, recording: Recording, findings:
         return
     try:
         unit_factor(sensor, recording.units.get(channel))
+        channel_offset(sensor, recording.units.get(channel))
     except UnitError as error:
         findings.add(key, f"{channel}: {error.message}", error.remedy)
 
@@ -67,6 +68,12 @@ def unit_factor(sensor: Sensor, unit: str | None) -> float:
     return sensor.si_factor(stated or "1")
 
 
+def channel_offset(sensor: Sensor, unit: str | None) -> float:
+    """Return the offset in a channel's unit; raise UnitError if the two units do not match."""
+    stated = sensor.unit if sensor.unit is not None else unit
+    return sensor.offset_in(stated or "1")
+
+
 def required_channels(sensor_map: SensorMap, recording: Recording) -> tuple[str, ...]:
     """Return the channels of a recording that a map uses."""
     channels = [c for s in sensor_map.sensors.values() for c in s.channels]
@@ -79,9 +86,8 @@ def sensor_signals(sensor_map: SensorMap, recording: Recording, segment: Uniform
     """Return the signals [n] by quantity in SI, with railui's signs and their delay compensated."""
     signals = {}
     for sensor in sensor_map.sensors.values():
-        values = [
-            (segment.channels[c] - sensor.offset) * unit_factor(sensor, recording.units.get(c)) for c in sensor.channels
-        ]
+        units = {c: recording.units.get(c) for c in sensor.channels}
+        values = [(segment.channels[c] - channel_offset(sensor, u)) * unit_factor(sensor, u) for c, u in units.items()]
         mean = sensor.factor * np.asarray(np.mean(values, axis=0))
         signals[sensor.quantity] = compensate_delay(mean, segment.dt, sensor.delay)
     return signals

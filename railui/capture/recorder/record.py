@@ -54,6 +54,7 @@ class Recorder:
         self.port_name = port
         self.baud = baud
         self.disk_error: OSError | None = None
+        self._reported_errors: set[int | None] = set()
         self._on_message = on_message
         self._port: serial.Serial | None = self._open_port()
         directory.mkdir(parents=True, exist_ok=True)
@@ -138,7 +139,7 @@ class Recorder:
         return serial.Serial(self.port_name, self.baud, timeout=READ_TIMEOUT, exclusive=True)
 
     def _store(self, data: bytes) -> None:
-        """Write bytes to the disk; while it is full, keep up to `MAX_BACKLOG_BYTES` in memory."""
+        """Write bytes to the disk; while it is full or fails, keep up to `MAX_BACKLOG_BYTES` in memory."""
         self._backlog += data
         if len(self._backlog) > MAX_BACKLOG_BYTES:
             self._dropped += len(self._backlog) - MAX_BACKLOG_BYTES
@@ -147,8 +148,6 @@ class Recorder:
             try:
                 written = os.write(self._raw, self._backlog)
             except OSError as error:
-                if error.errno not in DISK_FULL_ERRORS:
-                    self._on_message(f"the disk fails: {error}")
                 self._report_disk_error(error)
                 return
             with self._lock:
@@ -158,14 +157,18 @@ class Recorder:
             self._report_room()
 
     def _report_disk_error(self, error: OSError) -> None:
-        if self.disk_error is None:
+        if error.errno not in self._reported_errors:
+            self._reported_errors.add(error.errno)
+            remedy = "is full ({}): make room" if error.errno in DISK_FULL_ERRORS else "fails ({})"
             limit = f"{MAX_BACKLOG_BYTES >> 20} MB are kept in memory"
-            self._on_message(f"the disk is full ({error.strerror}): make room, {limit}")
+            self._on_message(f"the disk {remedy.format(error.strerror)}, {limit}")
         self.disk_error = error
 
     def _report_room(self) -> None:
-        self.disk_error = None
-        self._on_message("there is room again, the recording continues")
+        error, self.disk_error = self.disk_error, None
+        if error is not None and error.errno in DISK_FULL_ERRORS:
+            self._reported_errors.discard(error.errno)
+            self._on_message("there is room again, the recording continues")
         if self._dropped:
             self._add_event("dropped", bytes=self._dropped)
             self._dropped = 0

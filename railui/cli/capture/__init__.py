@@ -138,6 +138,7 @@ def record(
         from serial import SerialException
 
         from railui.capture.recorder.record import Recorder
+        from railui.capture.recorder.run_files import DISK_FULL_ERRORS
         from railui.capture.simulator.demo_logger import DemoLogger
 
         if port is None:
@@ -155,9 +156,11 @@ def record(
         if recorder.disk_error is None:
             raise
     if recorder.disk_error is not None:
+        is_full = recorder.disk_error.errno in DISK_FULL_ERRORS
+        fault = "the disk is full" if is_full else f"the disk fails ({recorder.disk_error.strerror})"
         lost = f"{recorder.replay.dropped_bytes} bytes were lost"
-        remedy = f"make room, then `railui capture decode {directory}/raw.bin -o DIR` gives the rest"
-        raise OSError(f"{directory}: the disk is full, {lost}: {remedy}")
+        remedy = f"{'make room' if is_full else 'use another disk'}, then `railui capture decode {directory}/raw.bin"
+        raise OSError(f"{directory}: {fault}, {lost}: {remedy} -o DIR` gives the rest")
 
 
 def _new_directory(out: str | None) -> Path:

@@ -120,6 +120,8 @@ def recording_status(replay: Replay, buffer: RecordingBuffer, baud: int) -> Reco
     if session is None:
         return RecordingStatus(t, values, _counts(replay), seconds)
     hello = session.hello
+    samples_per_frame, form = max(session.frame_samples, 1), replay.assembler.form or "binary"
+    load = link_load(list(hello.channels), hello.rate, baud, samples_per_frame, form)
     markers = [m for m in replay.assembler.markers if m.t is not None and m.segment == session.number]
     return RecordingStatus(
         t,
@@ -129,7 +131,7 @@ def recording_status(replay: Replay, buffer: RecordingBuffer, baud: int) -> Reco
         names=tuple(channel.name for channel in hello.channels),
         units=tuple(channel.unit for channel in hello.channels),
         rate=hello.rate,
-        link_load=link_load(list(hello.channels), hello.rate, baud).utilisation,
+        link_load=load.utilisation,
         markers=tuple((m.t, m.text) for m in markers if m.t is not None),
         status=dict(session.status),
         device=hello.device,

@@ -20,6 +20,8 @@ from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.changes import prior_record
 from railui.report.loop.conditions import condition_rows
 from railui.report.loop.data_faults import (
+    NO_EXPLAINED,
+    NO_TEST,
     CheckedData,
     corrected_sentence,
     correction_rows,
@@ -150,7 +152,7 @@ def _effects(result: LoopResult, *, of_nominal: bool = False) -> list[dict[str, 
 def _explained(result: LoopResult) -> dict[str, float | None]:
     explained = result.explained
     if explained is None:
-        return {"value": None, "standard_error": None}
+        return dict(NO_EXPLAINED)
     return {"value": explained.value, "standard_error": explained.standard_error}
 
 
@@ -169,7 +171,7 @@ def _remainder(remainder: Remainder) -> dict[str, Any]:
 
 def _independent_test(test: IndependentTest | None) -> dict[str, Any]:
     if test is None:
-        return {"nrmse_before": None, "nrmse_after": None, "floor": None, "files": [], "held_back": False}
+        return dict(NO_TEST)
     return {
         "nrmse_before": test.nrmse_before,
         "nrmse_after": test.nrmse_after,

@@ -25,6 +25,26 @@ from railui.report.templates import render_template
 DATA = "data"
 VERDICT_LABEL = "data fault"
 NO_ERRORS: Mapping[str, Any] = {"nrmse": None, "channels": {}}
+NO_EXPLAINED: Mapping[str, Any] = {"value": None, "standard_error": None}
+NO_REMAINDER: Mapping[str, Any] = dict.fromkeys(
+    ("ratio", "coherent", "coherent_share", "structured", "resembles", "at", "wheelset")
+)
+NO_TEST: Mapping[str, Any] = {
+    "nrmse_before": None,
+    "nrmse_after": None,
+    "floor": None,
+    "files": [],
+    "held_back": False,
+}
+NO_FLOOR: Mapping[str, Any] = {
+    "nrmse": None,
+    "sd": None,
+    "channels": {},
+    "sensors_only": None,
+    "interval": [None, None],
+    "source": None,
+    "noise": {},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +131,7 @@ def data_fault_sentence(diagnosis: Diagnosis) -> str:
     """Return the verdict `data` in words."""
     parts = []
     for fault in diagnosis.serious:
-        text = f"{fault.text[0]}{fault.text[1:]}"
+        text = fault.text
         if fault.alternatives:
             other = " or ".join(f"`{line}`" for line in fault.alternatives[:3])
             text += f"; correct it by `{fault.yaml}` or {other}: these data do not determine which"
@@ -146,11 +166,11 @@ def data_fault_report(checked: CheckedData, seed: int = 0) -> dict[str, Any]:
         "declared": dict(NO_ERRORS),
         "before": {**NO_ERRORS, "constrained": False, "failed": False},
         "after": dict(NO_ERRORS),
-        "floor": {"nrmse": None, "sd": None, "channels": {}, "sensors_only": None, "source": None},
+        "floor": dict(NO_FLOOR),
         "unexplained": None,
-        "explained": None,
-        "remainder": None,
-        "test": None,
+        "explained": dict(NO_EXPLAINED),
+        "remainder": dict(NO_REMAINDER),
+        "test": dict(NO_TEST),
         "leave_one_run_out": [],
         "verdict": DATA,
         "sentence": data_fault_sentence(checked.remaining),
@@ -165,10 +185,13 @@ def data_fault_report(checked: CheckedData, seed: int = 0) -> dict[str, Any]:
         "rivals": [],
         "next_runs": [],
         "means": {},
+        "conditions": None,
+        "groups": [],
         "riding": {"measured": {}, "declared": {}, "before": {}, "after": {}},
         "parameters": {},
         "simulations": 0,
         "windows": None,
+        "pairs": None,
         "identifiability": None,
         "gate": [finding_row(f) for f in check_data(checked.dataset, checked.remaining)],
         "notes": [],

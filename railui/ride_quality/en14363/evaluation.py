@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -181,7 +181,7 @@ def _collect(samples: dict[Sample, _Values], signal: Signal, sections: Sequence[
             key = (section.zone, signal.quantity, signal.sample_place(section))
             sample = samples.setdefault(key, _Values(signal))
             sample.values += values
-            sample.cant_deficiencies += [abs(section.cant_deficiency)] * len(values)
+            sample.cant_deficiencies += [section.cant_deficiency] * len(values)
 
 
 def _zone_result(
@@ -238,7 +238,10 @@ def _quantity_result(place: str, sample: _Values, zone: Zone, target: float | No
 
 
 def _estimate(sample: _Values, zone: Zone, target: float | None) -> Estimate:
-    """Return the estimated maximum: the largest for stability and lift, by regression in curves with a target."""
+    """Return the estimated maximum: the largest for stability and lift, by regression in curves with a target.
+
+    Quasi-static values have a sign in the regression; their maximum is a magnitude.
+    """
     values, category = np.array(sample.values), sample.signal.category
     if category == "largest":
         sd = float(values.std(ddof=1)) if values.size > 1 else None
@@ -246,8 +249,13 @@ def _estimate(sample: _Values, zone: Zone, target: float | None) -> Estimate:
     if target is not None and zone.number > 1:
         found = estimate_two_dimensional(values, np.array(sample.cant_deficiencies), target, CONFIDENCE.get(category))
         if found is not None:
-            return found
-    return estimate_one_dimensional(values, FACTORS[category])
+            return _magnitude(found) if category == "quasi-static" else found
+    return estimate_one_dimensional(np.abs(values) if category == "quasi-static" else values, FACTORS[category])
+
+
+def _magnitude(estimate: Estimate) -> Estimate:
+    value = None if estimate.value is None else abs(estimate.value)
+    return replace(estimate, value=value, mean=abs(estimate.mean))
 
 
 def _missing(zones: Sequence[dict[str, Any]], recordings: Sequence[Recording]) -> list[str]:

@@ -58,7 +58,8 @@ class Signal:
         Distance [m] and values [location].
     kind : str
         "extremes": 0.15 % and 99.85 % of a signal positive to the right, in curves outward; "outward": 99.85 % of
-        a wheel, in curves the outer one; "rms"; "median": of the outer wheel or of a body in curves; "largest".
+        a wheel, in curves the outer one; "rms"; "median": in curves, of the outer wheel, or of a body with its
+        sign reversed in left-hand ones; "largest".
     limits : dict
         Limit by number of the zone.
     side : str
@@ -94,7 +95,7 @@ class Signal:
         if self.kind == "largest":
             return [float(x.max())]
         if self.kind == "median":
-            return [abs(float(np.median(x)))] if direction else []
+            return [float(np.median(x)) * (1.0 if self.side else direction)] if direction else []
         if self.kind == "outward":
             return [float(np.percentile(x, HIGHEST))]
         low, high = np.percentile(x, [LOWEST, HIGHEST])

@@ -39,6 +39,20 @@ def test_gravity_on_a_lateral_axis_gives_a_note(tmp_path: Path) -> None:
     assert any("ay1" in note and "gravity is on its axis" in note for note in run.notes)
 
 
+def test_a_note_on_gravity_states_whether_it_was_removed(tmp_path: Path) -> None:
+    columns = simulated_motion()
+    signals = sensor_readings(columns)
+    names = ("ay1", "ay2", "e1_right", "e1_left", "e2_right", "e2_left", "roll_rate1")
+    units: dict[str, str | None] = {n: "m" for n in names} | {"v": "m/s"}
+    units |= {"ay1": "m/s^2", "ay2": "m/s^2", "roll_rate1": "rad/s"}
+    recording = Recording("a", columns["t"], {name: signals[name] for name in names} | {"v": columns["v"]}, units)
+    for mapped, has_roll in ((names, True), (names[:-1], False)):
+        path = write_map(tmp_path, "sensors:\n" + "".join(f"  {n}: {{channel: {n}}}\n" for n in mapped))
+        notes = build_measured_run(recording, load_map(path)).notes
+        assert any("is taken out of ay1, ay2" in note for note in notes) == has_roll
+        assert any("remains in the accelerations" in note for note in notes) != has_roll
+
+
 def test_standstill_at_the_start_is_ignored(tmp_path: Path) -> None:
     columns = simulated_motion()
     sensors = {name: x for name, x in sensor_readings(columns).items() if name[0] in "ae" or name == "roll_rate1"}

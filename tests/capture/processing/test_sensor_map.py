@@ -50,6 +50,27 @@ sensors:
     assert np.max(np.abs(run.columns["ayf"] - true)[10:-10]) < 1e-4
 
 
+def test_offset_with_a_unit_is_converted_to_the_unit_of_the_channel(tmp_path: Path) -> None:
+    t = np.arange(round(20 * RATE)) / RATE
+    true = np.sin(2 * np.pi * 1.5 * t)
+    channels = {"mm": 1e3 * true + 2.0, "g": true / 9.80665 + 1.0, "v": np.full(t.size, 40.0), "yw": 1e-3 * np.sin(t)}
+    units: dict[str, str | None] = {"mm": "mm", "g": "g", "v": "m/s", "yw": "m"}
+    recording = Recording("a", t, channels, units)
+    for d1, ay1 in (("2 mm", "1 g"), ("0.002 m", "9.80665 m/s^2"), ("2", "1")):
+        sensors = f"d1: {{channel: mm, offset: {d1}}}\n  ay1: {{channel: g, offset: {ay1}, gravity: removed}}"
+        text = f"sensors:\n  {sensors}\n  yw: {{channel: yw}}\n"
+        run = build_measured_run(recording, load_map(write_map(tmp_path, text)))
+        assert np.allclose(run.columns["d1"], true, atol=1e-9), d1
+        assert np.allclose(run.columns["ay1"], true, atol=1e-9), ay1
+    with pytest.raises(FileProblems, match=r"sensors\.d1\.offset"):
+        load_map(write_map(tmp_path, "sensors:\n  d1: {channel: mm, offset: 2 V}\n  yw: {channel: yw}\n"))
+    rig = Recording("rig", t, {"volts": 1e-3 * true + 0.002}, {"volts": "V"})
+    run = build_measured_run(rig, load_map(write_map(tmp_path, "sensors: {z: {channel: volts, offset: 2 mV}}\n")))
+    assert np.allclose(run.columns["z"], 1e-3 * true, atol=1e-9)
+    with pytest.raises(FileProblems, match=r"sensors\.z\.channel"):
+        build_measured_run(rig, load_map(write_map(tmp_path, "sensors: {z: {channel: volts, offset: 2 mm}}\n")))
+
+
 def test_every_problem_of_a_map_is_reported_with_its_line(tmp_path: Path) -> None:
     text = "sensors:\n  ay1: {channel: a, axis: z}\n  ay3: {channel: b}\n  rf: {channel: c, noise: 3 mm}\n"
     text += "speed: {pulses: p}\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import resource
@@ -15,9 +16,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import railui
 from railui.capture.formats import read_recordings
 from railui.capture.protocol import wire
 from railui.capture.protocol.frames import Channel
+from railui.capture.recorder.record import Recorder
 from railui.capture.recorder.replay import decode
 from railui.capture.simulator.terminal import PseudoTerminal, play
 from railui.io.table import read_table
@@ -186,6 +189,27 @@ def test_full_disk_loses_nothing_if_there_is_room_again_in_time(tmp_path: Path) 
     assert has_same_runs(out, tmp_path / "again")
 
 
+def test_a_failing_disk_is_no_full_disk_and_is_reported_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    master, slave = os.openpty()
+    messages: list[str] = []
+    recorder = Recorder(os.ttyname(slave), 115200, tmp_path / "out", messages.append)
+    write, raw = os.write, recorder._raw
+
+    def fail(fd: int, data: bytes) -> int:
+        if fd == raw:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        return write(fd, data)
+
+    monkeypatch.setattr(os, "write", fail)
+    for _ in range(3):
+        recorder._store(b"bytes")
+    list(recorder.run(0.0))
+    os.close(master)
+    os.close(slave)
+    assert len(messages) == 1 and messages[0].startswith("the disk fails (Input/output error)")
+    assert recorder.disk_error is not None and recorder.replay.dropped_bytes == 15
+
+
 def test_wrong_baud_rate_gives_a_warning_and_no_data(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with LoggerPlayer(tmp_path) as player:
@@ -219,6 +243,14 @@ def test_demo_is_recorded_for_a_given_time(tmp_path: Path) -> None:
     done = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT, stdin=subprocess.DEVNULL)
     report = json.loads(done.stdout)
     assert done.returncode == 0 and report["samples"] > 100 and len(report["segments"][0]["channels"]) == 12
+
+
+def test_recordings_of_python_have_a_capture_report(tmp_path: Path) -> None:
+    report = railui.record(None, tmp_path / "demo", seconds=1.5)
+    assert report == capture_report(tmp_path / "demo") and report["schema"] == "railui.capture/1"
+    assert read_recordings(tmp_path / "demo")[0].device == report["segments"][0]["device"] != ""
+    again = railui.decode_recording(tmp_path / "demo", tmp_path / "again")
+    assert again == capture_report(tmp_path / "again") and again["frames"] == report["frames"]
 
 
 def test_raw_bytes_of_another_program_are_decoded(tmp_path: Path) -> None:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from railui.capture.recorder.replay import decode
+from railui.capture.protocol.load import link_load
+from railui.capture.recorder.replay import Replay, decode
 from railui.cli.capture.logger import _build_logger
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.capture import CapturePanel
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.track import TrackPanel
 from railui.desk.presenters.recording_text import channel_rows, strip_plot
-from railui.desk.services.recording import RecordingStatus
+from railui.desk.services.recording import RecordingBuffer, RecordingStatus, recording_status
 from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.timeline import Timeline
@@ -93,6 +95,20 @@ async def test_a_strip_is_interrupted_at_a_gap_and_a_meter_names_clipping() -> N
     slow = RecordingStatus(t, 40.0 + 1e-3 * values, counts, 2.0, ("speed",), ("m/s",), 200.0, full_scales=(np.nan,))
     axis = strip_plot(slow, 0, 2.0).y
     assert axis.low is not None and axis.high is not None and 0.7 < axis.high - axis.low < 0.9  # noise is no wave
+
+
+async def test_the_link_load_is_that_of_the_frames_of_the_logger(tmp_path: Path) -> None:
+    for form, block in (("binary", 20), ("text", 1)):
+        sender = replace(small_logger(5.0), form=form, block=block)
+        raw = tmp_path / f"{form}.bin"
+        raw.write_bytes(b"".join(data for _, data in sender.transmit()))
+        buffer, replay = RecordingBuffer(), Replay(raw, tmp_path)
+        replay.on_rows = buffer.append
+        replay.advance(raw.stat().st_size)
+        status = recording_status(replay, buffer, 9600)
+        expected = link_load(list(sender.channels), sender.rate, 9600, block, form).utilisation
+        assert status.link_load == pytest.approx(expected)
+        replay.close()
 
 
 async def test_recordings_become_a_campaign_without_leaving_the_desk(

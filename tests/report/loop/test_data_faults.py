@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -39,6 +40,13 @@ def test_the_loop_stops_without_a_simulation_and_names_the_correction(
     assert "rf has the wrong sign" in report["sentence"]
     (row,) = report["corrections"]
     assert (row["channel"], row["yaml"], row["applied"]) == ("rf", "sensors: {rf: {gain: -1}}", False)
+
+
+def test_the_report_of_a_stopped_loop_has_every_key(flipped: Path, report: dict[str, Any]) -> None:
+    stopped = data_fault_report(examine_data(read_dataset(load_campaign(flipped))))
+    assert set(stopped) == set(report)
+    for key in ("before", "floor", "explained", "remainder", "test"):
+        assert set(stopped[key]) == set(report[key]), key
 
 
 def test_a_corrected_dataset_is_that_of_the_sound_campaign(flipped: Path) -> None:
