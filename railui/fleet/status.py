@@ -20,6 +20,7 @@ from railui.fleet.limits import critical_value
 from railui.fleet.mixed_model import MixedModel
 from railui.fleet.monitor import monitor_fleet
 from railui.fleet.observations import PARAMETER, Observations, Quantity, read_observations
+from railui.fleet.reference import campaign_of
 from railui.fleet.schema import time_text
 from railui.fleet.store import FleetStore
 from railui.vehicle.design import Design
@@ -159,7 +160,7 @@ def _limit_row(fleet: Fleet, state: TypeState, alarm: Alarm) -> dict[str, Any] |
     if limit is None or alarm.course is None or alarm.index is None:
         return None
     expected = _expected_value(state, alarm)
-    value = limit.value if limit.criterion is None else critical_value(_present_design(state, alarm), limit, expected)
+    value = limit.value if limit.criterion is None else critical_value(_present_design(fleet, state, alarm), limit, expected)
     row = {"parameter": limit.parameter, "criterion": limit.criterion, "limit": limit.value, "value": value}
     if value is None:
         return {**row, "day": None, "low": None, "high": None, "probability": None}
@@ -173,11 +174,12 @@ def _limit_row(fleet: Fleet, state: TypeState, alarm: Alarm) -> dict[str, Any] |
     }
 
 
-def _present_design(state: TypeState, alarm: Alarm) -> Design:
+def _present_design(fleet: Fleet, state: TypeState, alarm: Alarm) -> Design:
     """Design of a vehicle as its last run estimates it."""
     data = state.data
     last = data.summaries[int(np.flatnonzero(data.vehicle == alarm.crossing.subject)[-1])]
-    return Model(state.type.campaign.design).with_path_values(last.paths, last.x).design
+    nominal = campaign_of(fleet.vehicles[alarm.vehicle]).design
+    return Model(nominal).with_path_values(last.paths, last.x).design
 
 
 def _expected_value(state: TypeState, alarm: Alarm) -> float:

@@ -6,12 +6,14 @@ import json
 import shutil
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from railui.campaign.settings.fleet import FleetSettings
+from railui.documents.saving import save_design
 from railui.fleet.check import check_fleet
 from railui.fleet.engine import read_part, update_fleet
 from railui.fleet.fleet_file import load_fleet
@@ -23,6 +25,8 @@ from railui.fleet.status import assess_fleet
 from railui.fleet.store import FleetStore
 from railui.fleet.summary import RunSummary
 from railui.io.problems import FileProblems
+from railui.vehicle.design import Adjustment
+from railui.vehicle.effects import PlacedEffect
 from tests.cli.runner import run as run_cli
 from tests.truth.rig_fleet import NOMINAL, RigFleet, stiffness, write
 
@@ -173,6 +177,34 @@ def test_one_machine_with_numbered_runs_is_followed_without_metadata(tmp_path: P
     first = state.alarms[0]
     assert (first.vehicle, first.name) == ("machine", "vehicle.rig.stiffness")
     assert order.onset < first.raised < order.onset + 13
+
+
+def test_a_vehicle_with_the_effects_of_a_loop_is_followed_among_others(home: Path, tmp_path: Path) -> None:
+    """The second rig has a dry friction that its runs estimate too; the quantities are those of all rigs."""
+    design = load_fleet(home).types["rig"].campaign.design
+    calibrated = design.with_effects([PlacedEffect("dry_friction", "rig", None, {"force": 0.5, "slip_speed": 1e-2})])
+    names = ("vehicle.rig.stiffness", "effects.0.force")
+    adjustment = Adjustment("rig2", "0" * 64, names, ((1e6, 0.0), (0.0, 0.01)))
+    (tmp_path / "loop").mkdir()
+    save_design(replace(calibrated, adjustment=adjustment), tmp_path / "loop/adjusted.yaml")
+    (tmp_path / "loop/loop.json").write_text("{}")
+    shutil.copy(home / "rig.yaml", tmp_path)
+    text = (home / "fleet.yaml").read_text().replace("index: runs.csv", f"index: {home / 'runs.csv'}")
+    text = text.replace("rig2: rig", "rig2: {type: rig, prior: loop}").replace("[free_play, dry_friction]", "[free_play]")
+    (tmp_path / "fleet.yaml").write_text(text)
+    fleet = load_fleet(tmp_path)
+    opened = FleetStore(tmp_path)
+    update = update_fleet(fleet, opened, ThreadPool(1))
+    assert update.left_out == {}
+    summaries = _summaries(opened)
+    (state,) = assess_fleet(fleet, opened)
+    opened.close()
+    assert set(summaries["rig2_01.csv.gz"].paths) - set(summaries["rig1_01.csv.gz"].paths) == {names[1]}
+    quantities = [q.name for q in state.data.quantities]
+    assert names[0] in quantities and names[1] not in quantities
+    j = quantities.index(names[0])
+    truth = [stiffness(RIGS, v, int(t) - 1) for v, t in zip(state.data.vehicle, state.data.time, strict=True)]
+    assert state.data.y[:, j] * state.data.quantities[j].scale == pytest.approx(truth, rel=5e-3)
 
 
 def test_runs_that_are_too_short_are_left_out_with_the_reason(home: Path, tmp_path: Path) -> None:
