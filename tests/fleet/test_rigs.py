@@ -146,10 +146,32 @@ def test_a_new_run_alone_is_computed(home: Path, tmp_path: Path) -> None:
 
 def test_a_damaged_row_of_the_store_is_computed_again(home: Path, tmp_path: Path) -> None:
     opened = FleetStore(tmp_path)
-    opened.write("a", "summary", "rig1", {"x": np.ones(3)})
-    opened.database.execute("UPDATE results SET payload = zeroblob(20)")
-    assert opened.read("a") is None
+    update_fleet(load_fleet(home), opened, ThreadPool(1))
+    before = _summaries(opened)
+    damaged = opened.runs()[0][8]
+    opened.database.execute("UPDATE results SET payload = zeroblob(20) WHERE hash = ?", (damaged,))
+    assert opened.read(damaged) is None
+    again = update_fleet(load_fleet(home), opened, ThreadPool(1))
+    after = _summaries(opened)
     opened.close()
+    assert (again.computed, again.stored) == (1, 11)
+    assert all(np.array_equal(before[name].gram, after[name].gram) for name in before)
+
+
+def test_a_missing_file_is_left_out_unless_its_summary_is_stored(home: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "rigs"
+    shutil.copytree(home, folder, ignore=shutil.ignore_patterns("one"))
+    (folder / "runs" / "rig2_06.csv.gz").unlink()
+    opened = FleetStore(tmp_path)
+    first = update_fleet(load_fleet(folder), opened, ThreadPool(1))
+    (folder / "runs" / "rig1_05.csv.gz").unlink()
+    shutil.copy(home / "runs" / "rig2_06.csv.gz", folder / "runs")
+    second = update_fleet(load_fleet(folder), opened, ThreadPool(1))
+    opened.close()
+    reasons = {Path(file).name: reason for file, reason in first.left_out.items()}
+    assert reasons == {"rig2_06.csv.gz": "cannot be read: No such file or directory"}
+    assert (first.computed, first.stored) == (11, 0)
+    assert (second.computed, second.stored, second.left_out) == (1, 11, {})
 
 
 def test_a_broken_run_is_left_out_with_its_reason(home: Path, tmp_path: Path) -> None:
