@@ -14,14 +14,17 @@ import pytest
 
 from railui.campaign.settings.fleet import FleetSettings
 from railui.documents.saving import save_design
+from railui.fleet.alarm import Alarm
 from railui.fleet.check import check_fleet
+from railui.fleet.course import Course
 from railui.fleet.engine import read_part, update_fleet
-from railui.fleet.fleet_file import load_fleet
+from railui.fleet.fleet_file import Limit, load_fleet
+from railui.fleet.history import Crossing
 from railui.fleet.pools import DaskPool, ThreadPool
 from railui.fleet.quick_path import Watch, estimates_of_gram, summarise_run
 from railui.fleet.reference import Reference, watched_candidates
 from railui.fleet.run_list import list_runs
-from railui.fleet.status import assess_fleet
+from railui.fleet.status import TypeState, alarm_row, assess_fleet, fleet_document
 from railui.fleet.store import FleetStore
 from railui.fleet.summary import RunSummary
 from railui.io.problems import FileProblems
@@ -212,7 +215,9 @@ def test_a_vehicle_with_the_effects_of_a_loop_is_followed_among_others(home: Pat
     (tmp_path / "loop/loop.json").write_text("{}")
     shutil.copy(home / "rig.yaml", tmp_path)
     text = (home / "fleet.yaml").read_text().replace("index: runs.csv", f"index: {home / 'runs.csv'}")
-    text = text.replace("rig2: rig", "rig2: {type: rig, prior: loop}").replace("[free_play, dry_friction]", "[free_play]")
+    text = text.replace("rig2: rig", "rig2: {type: rig, prior: loop}").replace(
+        "[free_play, dry_friction]", "[free_play]"
+    )
     (tmp_path / "fleet.yaml").write_text(text)
     fleet = load_fleet(tmp_path)
     opened = FleetStore(tmp_path)
@@ -227,6 +232,46 @@ def test_a_vehicle_with_the_effects_of_a_loop_is_followed_among_others(home: Pat
     j = quantities.index(names[0])
     truth = [stiffness(RIGS, v, int(t) - 1) for v, t in zip(state.data.vehicle, state.data.time, strict=True)]
     assert state.data.y[:, j] * state.data.quantities[j].scale == pytest.approx(truth, rel=5e-3)
+
+
+def _softening(state: TypeState, onset: float, rate: float) -> Alarm:
+    """An alarm of the second rig whose stiffness changes by a share per day."""
+    j = [q.name for q in state.data.quantities].index("vehicle.rig.stiffness")
+    one, crossing = np.ones(1), Crossing(1, 4, (j,), (9.0,), 1)
+    course = Course(onset, onset, onset, rate, 0.0, rate, 0.0, onset * one, one, rate * one, 0.0 * one)
+    return Alarm(
+        crossing, "rig2", onset + 9.0, "parameter", state.data.quantities[j].name, (), 1.0, rate, 0.1, course, j, ()
+    )
+
+
+def test_the_limit_that_is_reached_first_is_reported(home: Path, store: FleetStore) -> None:
+    fleet = load_fleet(home)
+    (state,) = assess_fleet(fleet, store)
+    path = "vehicle.rig.stiffness"
+    limits = (Limit(path, 40e3, True), Limit(path, 50e3, True), Limit(path, 90e3, False))
+    for rate, limit in ((-0.01, 50e3), (0.01, 90e3)):
+        row = alarm_row(replace(fleet, limits=limits), state, _softening(state, 3.0, rate), {}, is_date=False)
+        assert row["limit"]["limit"] == limit
+        assert 3.0 < float(row["limit"]["day"]) < 80.0
+
+
+def test_days_after_the_tenth_year_are_numbers_where_the_runs_have_numbers(home: Path, store: FleetStore) -> None:
+    fleet = load_fleet(home)
+    (state,) = assess_fleet(fleet, store)
+    late = replace(state, alarms=(_softening(state, 4000.0, -0.01),))
+    (alarm,) = fleet_document(fleet, [late])["alarms"]
+    assert (alarm["raised"], alarm["onset"]["day"]) == ("4009", "4000")
+    assert 4000.0 < float(alarm["limit"]["day"]) < 4030.0
+
+
+def test_a_limit_reached_after_the_year_9999_has_no_date(home: Path, store: FleetStore) -> None:
+    fleet = load_fleet(home)
+    (state,) = assess_fleet(fleet, store)
+    days = np.asarray(state.data.time) + 20000.0
+    late = replace(state, data=replace(state.data, time=days), alarms=(_softening(state, 20003.0, -1e-9),))
+    (alarm,) = fleet_document(fleet, [late])["alarms"]
+    assert alarm["raised"] == "2024-10-16"
+    assert alarm["limit"]["day"] is None
 
 
 def test_runs_that_are_too_short_are_left_out_with_the_reason(home: Path, tmp_path: Path) -> None:
