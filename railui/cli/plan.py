@@ -15,6 +15,8 @@ from railui.cli.plan_after import Candidates, plan_after
 from railui.cli.quantities import parse_duration, parse_plot_path, parse_speeds
 from railui.cli.tables import make_table
 
+NOT_STORED = "start the command again, with --store DIR for a plan that resumes"
+
 
 @dataclass(frozen=True)
 class Outputs:
@@ -111,7 +113,8 @@ def _plan_before(
     loaded = load_design_argument(call, design, overrides)
     file = read_plan_file(loaded, str(candidates.sensors), candidates.noise, outputs.budget)
     call.warn(file.campaign.warnings)
-    cluster = None if outputs.scheduler is None else connect(outputs.scheduler, call)
+    remedy = NOT_STORED if outputs.store is None else None
+    cluster = None if outputs.scheduler is None else connect(outputs.scheduler, call, remedy)
     with usage_errors():
         try:
             plan = compute_plan(
