@@ -48,7 +48,7 @@ class CasesModel(Group):
     speed: Annotated[list[Speed], LIST_OR_SCALAR] = Field(json_schema_extra={"sample": "speed: [40 m/s]"})
     seed: Annotated[list[Whole], LIST_OR_SCALAR] = Field(default_factory=lambda: [0])
     scenario: Annotated[list[Annotated[dict[str, Any], SCENARIO]], LIST_OR_SCALAR] = Field(
-        default_factory=lambda: [{}],
+        default_factory=lambda: list[dict[str, Any]]([{}]),
         title="overrides of the design; by default conicity 0.1 and 0.4, each with friction 0.2 and 0.4, and the "
         "unchanged design twice; [{}]: the unchanged design alone",
     )
