@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from railui.io.problems import Problem
     from railui.parallel import Pool
+    from railui.planning.plan import CandidateRuns
     from railui.planning.plan_file import PlanFile
 
 DURATION: Final = 60.0  # s of a run
@@ -162,24 +163,20 @@ def read_plan_file(
 def compute_plan(
     design: Design,
     file: PlanFile,
-    speeds: Sequence[float],
-    tracks: Sequence[str | Path],
-    duration: float | None = None,
+    runs: CandidateRuns,
     *,
-    sections: int = 1,
     store: str | Path | None = None,
     cluster: Pool | None = None,
     seed: int | None = None,
     jobs: int | None = None,
     progress: Progress = SILENT,
 ) -> Plan:
-    """Compute a plan with sensors that are read, on a cluster or in this process; exceptions as `plan`."""
-    from railui.planning.plan import make_plan, plan_document
+    """Compute a plan of runs that may be made, on a cluster or in this process; ValueError if the vehicle diverges."""
+    from railui.planning.plan import plan_document, plan_of_runs
     from railui.planning.store import InformationStore
 
     kept = None if store is None else InformationStore(Path(store))
-    machine: dict[str, Any] = {"store": kept, "cluster": cluster, "jobs": jobs, "progress": progress}
-    found = make_plan(file, speeds, tracks, duration or DURATION, seed=seed, sections=sections, **machine)
+    found = plan_of_runs(file, runs, seed=seed, jobs=jobs, progress=progress, store=kept, cluster=cluster)
     files = (run.source.file for run in found.runs if run.source.file is not None)
     inputs = tuple(dict.fromkeys([*input_paths(design), file.campaign.source, *files]))
     warnings = tuple(file.campaign.warnings)
@@ -193,16 +190,21 @@ def plan_of(
     track: Tracks,
     *,
     duration: float = DURATION,
+    sections: int = 1,
     noise: Mapping[str, float | str] | None = None,
     budget: float | None = None,
+    seed: int | None = None,
     **options: Any,
 ) -> Plan:
     """Compute a plan; parameters, `options` and exceptions as `plan`."""
     from railui.io.units import read_speed
+    from railui.planning.plan import candidate_runs
 
     tracks = [track] if isinstance(track, str | Path) else list(track)
     grid = [read_speed(v) if isinstance(v, str) else float(v) for v in speeds]
-    return compute_plan(design, read_plan_file(design, sensors, noise, budget), grid, tracks, duration, **options)
+    file = read_plan_file(design, sensors, noise, budget)
+    runs = candidate_runs(file, grid, tracks, duration, seed, sections)
+    return compute_plan(design, file, runs, seed=seed, **options)
 
 
 def plan(

@@ -57,23 +57,24 @@ def write_recorded_campaign(
     Raises
     ------
     FileProblems
-        For faulty files.
-    ValueError
-        If a role has no recording, the directory has a campaign, the map names no vehicle, or a recording serves
+        For faulty files, a directory that has a campaign, a map that names no vehicle, and a recording that serves
         estimation and validation.
+    ValueError
+        If a role has no recording.
     """
     from railui.capture.processing.campaign_files import align_runs, write_campaign
     from railui.capture.processing.sensor_map import load_map
+    from railui.io.problems import file_problem
 
     directory, say = Path(out), on_progress or (lambda text: None)
     if (directory / "campaign.yaml").exists():
-        raise ValueError(f"{directory} holds a campaign, which is not overwritten: give another directory")
+        raise file_problem(directory / "campaign.yaml", "exists and is not overwritten", "name another directory")
     for role, words in (("adjust", "estimation"), ("validate", "validation")):
         if not recordings.get(role):
             raise ValueError(f"no recording for {words} ({role}): choose one")
     sensor_map = load_map(map_file)
     if sensor_map.design is None or sensor_map.design.source is None:
-        raise ValueError(f"{map_file} names no vehicle: add `vehicle: DESIGN.yaml`, the nominal model")
+        raise file_problem(map_file, "names no vehicle", "add `vehicle: DESIGN.yaml`, the nominal model")
     runs = _build_runs(sensor_map, recordings, say)
     _refuse_overlap(runs)
     say("comparing the tracks of the runs")
@@ -105,9 +106,11 @@ def _build_runs(
 
 def _refuse_overlap(runs: Sequence[CampaignRun]) -> None:
     """Refuse a recording that serves estimation and validation."""
+    from railui.io.problems import file_problem
     from railui.runs.overlap import MAX_SHARED_SHARE, shared_share
 
     for first, second in combinations(runs, 2):
         if first.role != second.role and shared_share(first.run.columns, second.run.columns) > MAX_SHARED_SHARE:
-            same = f"{first.source} ({first.role}) and {second.source} ({second.role}) share samples"
-            raise ValueError(f"{same}: a model is validated on a recording that no fit has used, give another one")
+            same = f"({second.role}) and {first.source} ({first.role}) share samples"
+            remedy = "give another recording: a model is validated on one that no fit has used"
+            raise file_problem(second.source, same, remedy)

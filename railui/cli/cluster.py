@@ -11,10 +11,13 @@ if TYPE_CHECKING:
     from railui.execution.dask_cluster import DaskRunner
 
 
-def connect(scheduler: str, call: Invocation) -> DaskRunner:
-    """Connect to a scheduler; UsageError without the packages, ClusterError where none answers."""
+def connect(scheduler: str, call: Invocation, remedy: str | None = None) -> DaskRunner:
+    """Connect to a scheduler; UsageError without the packages, ClusterError where none answers.
+
+    remedy: what to do where the scheduler is lost; by default to repeat the command, which resumes.
+    """
     try:
-        from railui.execution.dask_cluster import DaskRunner
+        from railui.execution.dask_cluster import RESUMES, DaskRunner
     except ModuleNotFoundError as error:
         raise usage_error(f"--scheduler needs {error.name}: {install_extra('cluster')}") from None
-    return DaskRunner(scheduler, InfoLines(call))
+    return DaskRunner(scheduler, InfoLines(call), remedy or RESUMES)

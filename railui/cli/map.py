@@ -70,19 +70,19 @@ def command(
     from railui.api.response_map import compute_map
     from railui.execution.map_session import FIGURE_FILE, MapSession
     from railui.execution.threads import ThreadRunner
-    from railui.optimisation.response_map import check_keys, read_axis
+    from railui.optimisation.response_map import check_axes, check_keys, read_axis
     from railui.report.figures.response_map import draw_map
 
     loaded = load_design_argument(call, design, overrides)
     with usage_errors():
         check_keys(of, has_track=track is not None, has_speed=speed is not None)
         axes = _axis(read_axis, loaded, "--x", x), _axis(read_axis, loaded, "--y", y)
+        check_axes(*axes)
     source = None if track is None else resolve_track_argument(track, call.seed)
     curve: dict[str, Any] = {"radius": radius, "cant_deficiency": cant_deficiency}
     directory = Path(output) if output is not None else Path(design).parent / "railui-map" / Path(design).stem
     with MapSession(directory, ThreadRunner(call.jobs), StatusLine(call)) as session:
-        with usage_errors():
-            found = compute_map(loaded, axes, of, source, speed, session.evaluator, **curve)
+        found = compute_map(loaded, axes, of, source, speed, session.evaluator, **curve)
         count = session.evaluator.count
         call.info(f"{count.computed} vehicles computed, {count.cached} were in {directory}")
         document = call.document("map", found.body(), input_files(design, source), found.seed)

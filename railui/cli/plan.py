@@ -15,6 +15,8 @@ from railui.cli.plan_after import Candidates, plan_after
 from railui.cli.quantities import parse_duration, parse_plot_path, parse_speeds
 from railui.cli.tables import make_table
 
+NOT_STORED = "start the command again, with --store DIR for a plan that resumes"
+
 
 @dataclass(frozen=True)
 class Outputs:
@@ -106,30 +108,25 @@ def _plan_before(
     design: str, overrides: dict[str, str], candidates: Candidates, outputs: Outputs, call: Invocation
 ) -> None:
     """Plan before any measurement."""
-    from railui.api.plan import compute_plan, read_plan_file
+    from railui.api.plan import DURATION, compute_plan, read_plan_file
+    from railui.planning.plan import candidate_runs
 
     loaded = load_design_argument(call, design, overrides)
     file = read_plan_file(loaded, str(candidates.sensors), candidates.noise, outputs.budget)
     call.warn(file.campaign.warnings)
-    cluster = None if outputs.scheduler is None else connect(outputs.scheduler, call)
+    duration = candidates.duration or DURATION
     with usage_errors():
-        try:
-            plan = compute_plan(
-                loaded,
-                file,
-                candidates.speeds or [],
-                candidates.tracks,
-                candidates.duration,
-                sections=candidates.sections,
-                store=outputs.store,
-                cluster=cluster,
-                seed=call.seed,
-                jobs=call.jobs,
-                progress=StatusLine(call),
-            )
-        finally:
-            if cluster is not None:
-                cluster.close()
+        runs = candidate_runs(
+            file, candidates.speeds or [], candidates.tracks, duration, call.seed, candidates.sections
+        )
+    remedy = NOT_STORED if outputs.store is None else None
+    cluster = None if outputs.scheduler is None else connect(outputs.scheduler, call, remedy)
+    machine: dict[str, Any] = {"cluster": cluster, "jobs": call.jobs, "progress": StatusLine(call)}
+    try:
+        plan = compute_plan(loaded, file, runs, store=outputs.store, seed=call.seed, **machine)
+    finally:
+        if cluster is not None:
+            cluster.close()
     document = call.document("plan", plan.body(), [design, *map(str, plan.inputs[1:])])
     for table in _tables(document, loaded.structure):
         call.show(table)

@@ -36,7 +36,7 @@ MAX_CASE_SUBMISSIONS: Final = 10
 MAX_KILLS: Final = 2  # of an item of `map`, before it counts as their cause
 PACE_WEIGHT: Final = 0.2  # of the last bundle in the moving average of the pace
 KILLED_WORKER: Final = "killed its worker"  # a key of `failures` in the result
-
+RESUMES: Final = "all results so far are stored, the same command resumes"
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -55,6 +55,8 @@ class DaskRunner:
         Address of the scheduler, tcp://host:port.
     progress : Progress
         Receives a message for every refused worker.
+    remedy : str
+        What to do where the scheduler or all workers are lost.
 
     Raises
     ------
@@ -62,8 +64,9 @@ class DaskRunner:
         If the scheduler does not respond, is lost, or has no worker with the same environment as this process.
     """
 
-    def __init__(self, address: str, progress: Progress = SILENT) -> None:
+    def __init__(self, address: str, progress: Progress = SILENT, remedy: str = RESUMES) -> None:
         self.address = address
+        self.remedy = remedy
         self._progress = progress
         try:
             self._client = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False, name="railui")
@@ -111,7 +114,7 @@ class DaskRunner:
         pending: dict[Future[Any], tuple[int, int]] = {}  # number of the item, workers that it killed
 
         def submit(number: int, killed: int = 0) -> None:
-            workers = self.accepted_workers() if self.has_refused_workers else None
+            workers = self._workers_for_tasks()
             arguments = (run_checked, environment_identity(), function, items[number])
             future = self._client.submit(*arguments, workers=workers, pure=False, retries=1)
             pending[future] = number, killed
@@ -126,7 +129,7 @@ class DaskRunner:
                     continue
                 number, killed = pending.pop(future)
                 try:
-                    yield number, future.result(timeout=CONNECT_TIMEOUT)
+                    result: Result | MismatchedWorker = future.result(timeout=CONNECT_TIMEOUT)
                 except KilledWorker as error:
                     if killed < MAX_KILLS:
                         submit(number, killed + 1)
@@ -136,6 +139,12 @@ class DaskRunner:
                         yield number, lost
                 except (OSError, TimeoutError, CancelledError) as error:
                     raise self.lost_scheduler(error) from None
+                else:
+                    if isinstance(result, MismatchedWorker):
+                        self.refuse(result.address)
+                        submit(number, killed)
+                    else:
+                        yield number, result
         finally:
             for future in pending:
                 future.cancel()
@@ -194,6 +203,13 @@ class DaskRunner:
         """True if the scheduler has workers that must not get tasks."""
         return not all(self._is_accepted.values())
 
+    def _workers_for_tasks(self) -> list[str] | None:
+        """Return the workers that may get tasks, after a wait for one if all are refused; None: all may."""
+        if not self.has_refused_workers:
+            return None
+        self._await_workers()  # an empty list would not restrict the workers
+        return self.accepted_workers()
+
     def refuse(self, address: str) -> None:
         """Send no further tasks to a worker."""
         self._is_accepted[address] = False
@@ -211,8 +227,7 @@ class DaskRunner:
     def lost_scheduler(self, error: object = "") -> ClusterError:
         """Return the error for a scheduler that no longer responds."""
         cause = f" ({error})" if str(error) else ""
-        remedy = "all results so far are stored, the same command resumes"
-        return ClusterError(f"the scheduler at {self.address} is lost{cause}: {remedy}")
+        return ClusterError(f"the scheduler at {self.address} is lost{cause}: {self.remedy}")
 
     # submission
 
@@ -220,7 +235,7 @@ class DaskRunner:
         """Submit a bundle to any accepted worker."""
         cases = [self._case_future(task.case) for task in bundle.tasks]
         parts = [(task.rows, task.keys) for task in bundle.tasks]
-        workers = self.accepted_workers() if self.has_refused_workers else None
+        workers = self._workers_for_tasks()
         identity = environment_identity()
         return self._client.submit(run_bundle, identity, parts, *cases, workers=workers, pure=False, retries=1)
 
@@ -301,7 +316,7 @@ class BundleRun:
             return None
         since = no_worker_since or time.monotonic()
         if time.monotonic() - since > WORKER_TIMEOUT:
-            raise ClusterError(f"all workers at {self.runner.address} are gone: the same command resumes")
+            raise ClusterError(f"all workers at {self.runner.address} are gone: {self.runner.remedy}")
         return since
 
     def _resubmit(self) -> None:

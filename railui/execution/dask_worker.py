@@ -49,10 +49,12 @@ def run_bundle(
         return f"{type(error).__name__}: {error}"
 
 
-def run_checked(expected: Mapping[str, str], function: Callable[[Item], Result], item: Item) -> Result:
-    """Return a function of an item; RuntimeError on a worker whose environment differs from `expected`."""
+def run_checked(
+    expected: Mapping[str, str], function: Callable[[Item], Result], item: Item
+) -> Result | MismatchedWorker:
+    """Return a function of an item; a MismatchedWorker if this worker's environment differs from `expected`."""
     if dict(expected) != environment_identity():
-        raise RuntimeError(f"{get_worker().address} has another environment")
+        return MismatchedWorker(get_worker().address)
     return function(item)
 
 

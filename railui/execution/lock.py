@@ -87,10 +87,18 @@ class Lock:
 def lock_holder(directory: str | Path) -> Holder | None:
     """Return the process that holds a directory, or held it when it was killed; None if there is none."""
     try:
-        with (Path(directory) / LOCK_FILE).open("r+", encoding="utf-8") as file:
+        with _open_lock_file(Path(directory) / LOCK_FILE) as file:
             return _read_holder(file, is_alive=not _acquire(file))
     except OSError:
         return None
+
+
+def _open_lock_file(path: Path) -> IO[str]:
+    """Open a lock file for writing, which a lock on a network drive needs, or else for reading."""
+    try:
+        return path.open("r+", encoding="utf-8")
+    except OSError:
+        return path.open(encoding="utf-8")
 
 
 def _acquire(file: IO[str]) -> bool:

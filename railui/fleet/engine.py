@@ -107,7 +107,7 @@ def update_fleet(
     """
     runs = list_runs(fleet) if runs is None else runs
     progress.message(f"{len(runs)} runs of {len(fleet.vehicles)} vehicles")
-    hashes = {run.file: _file_hash(store, run.file) for run in runs}
+    hashes, unreadable = _file_hashes(store, runs)
     by_vehicle: dict[str, list[FleetRun]] = {name: [] for name in fleet.vehicles}
     for run in runs:
         by_vehicle[run.vehicle].append(run)
@@ -116,12 +116,13 @@ def update_fleet(
     keys = {}
     for run in runs:
         watch = watches[fleet.vehicles[run.vehicle].type.name]
-        if run.vehicle in references and watch is not None:
+        if run.vehicle in references and watch is not None and run.file in hashes:
             keys[run.file] = _summary_key(fleet, references[run.vehicle], watch, hashes[run.file], run)
     present = store.keys("summary") | store.keys("left out")
+    keys = {file: key for file, key in keys.items() if file not in unreadable or key in present}
     missing = [run for run in runs if run.file in keys and keys[run.file] not in present]
     _compute(fleet, store, pool, missing, keys, references, watches, progress)
-    return _record_runs(fleet, store, runs, keys, failures, len(missing))
+    return _record_runs(fleet, store, runs, keys, failures, unreadable, len(missing))
 
 
 def _compute(
@@ -155,9 +156,13 @@ def _record_runs(
     runs: Sequence[FleetRun],
     keys: dict[str, str],
     failures: dict[str, str],
+    unreadable: dict[str, str],
     computed: int,
 ) -> Update:
-    """Write the table of runs and count them; failures: reason by vehicle without a reference."""
+    """Write the table of runs and count them.
+
+    failures: reason by vehicle without a reference. unreadable: reason by file.
+    """
     left_out: dict[str, str] = {}
     waiting: dict[str, int] = {}
     rows = []
@@ -170,6 +175,8 @@ def _record_runs(
             state = f"left out: {arrays['reason']}" if arrays is not None else WAITING
         if not key and run.vehicle in failures:
             state = f"left out: {failures[run.vehicle]}"
+        if not key and run.file in unreadable:
+            state = f"left out: {unreadable[run.file]}"
         if state == WAITING:
             waiting[run.vehicle] = waiting.get(run.vehicle, 0) + 1
         elif state != SUMMARISED:
@@ -180,6 +187,23 @@ def _record_runs(
         )
     store.replace_runs(rows)
     return Update(len(runs), computed, sum(bool(row[-2]) for row in rows) - computed, left_out, waiting)
+
+
+def _file_hashes(store: FleetStore, runs: Sequence[FleetRun]) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the hashes by file, and the reasons by file why some cannot be read.
+
+    A file that can no longer be read has its last hash, with which its stored summary is found.
+    """
+    hashes, unreadable = {}, {}
+    for run in runs:
+        try:
+            hashes[run.file] = _file_hash(store, run.file)
+        except OSError as error:
+            unreadable[run.file] = f"cannot be read: {error.strerror or type(error).__name__}"
+            last = store.last_file_hash(Path(run.file))
+            if last is not None:
+                hashes[run.file] = last
+    return hashes, unreadable
 
 
 def _file_hash(store: FleetStore, file: str) -> str:
@@ -212,7 +236,7 @@ def _watch(fleet: Fleet, store: FleetStore, vehicle_type: VehicleType, runs: Seq
             continue
         try:
             part = read_part(run.file, vehicle_type, fleet.triggers, run.section)
-        except FileProblems:
+        except (FileProblems, OSError):
             continue
         if part is not None:
             found = watched_candidates(vehicle, part.segment)
@@ -270,6 +294,9 @@ def reference_of_files(task: tuple[Vehicle, Sequence[FleetRun], TriggersModel, i
             part = read_part(run.file, vehicle.type, triggers, run.section)
         except FileProblems as error:
             reason = str(error.problems[0])
+            continue
+        except OSError as error:
+            reason = f"{type(error).__name__}: {error}"
             continue
         if part is not None:
             parts.append(part.segment)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -15,6 +15,7 @@ from railui.fleet.free_estimates import free_estimates
 from railui.fleet.schema import EventModel
 from railui.fleet.store import FleetStore
 from railui.fleet.summary import RunSummary
+from railui.vehicle.design import Design
 
 PARAMETER, EFFECT, ERROR = "parameter", "effect", "error"
 ERROR_SD: Final = 0.1  # of the logarithm of an error, before its scatter is estimated
@@ -105,8 +106,7 @@ def observations_of(
     time = np.array([row[3] for row in rows], dtype=float)
     mileage = np.array([np.nan if row[4] is None else row[4] for row in rows], dtype=float)
     of_vehicle = np.array([vehicles.index(row[1]) for row in rows])
-    design = vehicle_type.campaign.design
-    quantities, y, sd = _values(summaries, design.values, fleet.settings.min_determined_share)
+    quantities, y, sd = _values(summaries, vehicle_type.campaign.design, fleet.settings.min_determined_share)
     events = [(vehicles.index(e.vehicle), e) for e in fleet.events if e.vehicle in vehicles]
     return Observations(
         vehicles,
@@ -125,29 +125,51 @@ def observations_of(
 
 
 def _values(
-    summaries: Sequence[RunSummary], nominal: Mapping[str, float], min_share: float
+    summaries: Sequence[RunSummary], design: Design, min_share: float
 ) -> tuple[tuple[Quantity, ...], FloatArray, FloatArray]:
-    """Quantities that one run determines, with values and standard deviations [n, q]."""
-    first = summaries[0]
-    p = len(first.paths)
-    estimate = np.array([s.estimate for s in summaries])
-    sd = np.array([s.sd for s in summaries])
-    for row, summary in enumerate(summaries):
-        estimate[row, :p], sd[row, :p] = free_estimates(summary)
-    determined = np.median([s.determined for s in summaries], axis=0)
-    errors = np.log(np.maximum([s.errors for s in summaries], 1e-12))
+    """Quantities that all runs have and one run determines, with values and standard deviations [n, q].
+
+    An effect that a loop added to the design of one vehicle has no counterpart on the others and is left out.
+    """
+    paths = [path for path in _common([s.paths for s in summaries]) if _is_of_type(path, design)]
+    directions = _common([s.directions for s in summaries])
+    names = [*paths, *directions]
+    numbers = np.array([[of_run[name] for name in names] for of_run in map(_numbers, summaries)])
+    estimate, sd, share = np.moveaxis(numbers.reshape(len(summaries), len(names), 3), 2, 0)
+    determined = np.median(share, axis=0)
     columns = []
-    for j, path in enumerate(first.paths):
-        scale = abs(nominal.get(path, 0.0)) or float(np.median(np.abs(estimate[:, j]))) or 1.0
+    for j, path in enumerate(paths):
+        scale = abs(design.values.get(path, 0.0)) or float(np.median(np.abs(estimate[:, j]))) or 1.0
         if determined[j] >= min_share:
             columns.append((Quantity(path, PARAMETER, scale), estimate[:, j] / scale, sd[:, j] / scale))
-    for j, name in enumerate(first.directions, p):
+    for j, name in enumerate(directions, len(paths)):
         if determined[j] >= MIN_LEFT and np.all(np.isfinite(estimate[:, j])):
             columns.append((Quantity(name, EFFECT), estimate[:, j], np.maximum(sd[:, j], 1e-300)))
-    for j, channel in enumerate(first.channels):
-        columns.append((Quantity(f"error at {channel}", ERROR), errors[:, j], np.full(len(errors), ERROR_SD)))
-    names, y, deviations = zip(*columns, strict=True)
-    return tuple(names), np.stack(y, axis=1), np.stack(deviations, axis=1)
+    for channel in _common([s.channels for s in summaries]):
+        errors = np.log(np.maximum([s.errors[s.channels.index(channel)] for s in summaries], 1e-12))
+        columns.append((Quantity(f"error at {channel}", ERROR), errors, np.full(len(errors), ERROR_SD)))
+    quantities, y, deviations = zip(*columns, strict=True)
+    return tuple(quantities), np.stack(y, axis=1), np.stack(deviations, axis=1)
+
+
+def _common(names: Sequence[tuple[str, ...]]) -> list[str]:
+    """Names that all runs have, in the order of the first."""
+    return [name for name in names[0] if all(name in others for others in names)]
+
+
+def _is_of_type(path: str, design: Design) -> bool:
+    """False for a parameter of an effect that the design of the type does not have."""
+    group, _, rest = path.partition(".")
+    return group != "effects" or int(rest.partition(".")[0]) < len(design.effects)
+
+
+def _numbers(summary: RunSummary) -> dict[str, tuple[float, float, float]]:
+    """Estimate, standard deviation and determined share of every parameter and effect of a run."""
+    p = len(summary.paths)
+    estimate, sd = summary.estimate.copy(), summary.sd.copy()
+    estimate[:p], sd[:p] = free_estimates(summary)
+    rows = zip(estimate.tolist(), sd.tolist(), summary.determined.tolist(), strict=True)
+    return dict(zip((*summary.paths, *summary.directions), rows, strict=True))
 
 
 def _covariates(rows: Sequence[Sequence[Any]]) -> FloatArray:

@@ -145,10 +145,7 @@ def _from_names(fleet: Fleet) -> list[FleetRun]:
     place = asked if "://" in asked else str((fleet.directory / asked).resolve())
     files = _matching(FIELD.sub("*", place), "://" in place)
     if fleet.runs.pattern is not None:
-        fields = FIELD.sub(
-            lambda m: f"(?P<{m.group(1)}>[^/]+?)", re.escape(place).replace(r"\{", "{").replace(r"\}", "}")
-        )
-        expression = re.compile(fields.replace(r"\*", "[^/]*") + r"\Z")
+        expression = _expression_of_pattern(place)
     else:
         files.sort(key=natural_key)
         expression = re.compile(fleet.runs.regex or "")
@@ -173,6 +170,20 @@ def _from_names(fleet: Fleet) -> list[FleetRun]:
         findings.problems = findings.problems[:MAX_PROBLEMS]
     findings.raise_errors()
     return runs
+
+
+def _expression_of_pattern(pattern: str) -> re.Pattern[str]:
+    """Return the expression of a pattern, in which a field that is repeated has the same text each time."""
+    known: set[str] = set()
+
+    def group(field: re.Match[str]) -> str:
+        name = field.group(1)
+        text = f"(?P={name})" if name in known else f"(?P<{name}>[^/]+?)"
+        known.add(name)
+        return text
+
+    fields = FIELD.sub(group, re.escape(pattern).replace(r"\{", "{").replace(r"\}", "}"))
+    return re.compile(fields.replace(r"\*", "[^/]*") + r"\Z")
 
 
 def natural_key(name: str) -> list[tuple[int, str]]:

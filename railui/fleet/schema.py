@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from typing import Annotated, Any, Final
 
@@ -15,7 +15,7 @@ from railui.io.problems import suggest_name
 from railui.io.units import UnitError, quantity, read_speed
 
 SECONDS_PER_DAY: Final = 86400.0
-FIRST_DATE: Final = 3652.0  # day of 1980; smaller times are numbers of days and not dates
+FIRST_DATE: Final = 3652.0  # day of 1980; a fleet whose last run is earlier has numbers of days and no dates
 TIME_REMEDY: Final = "write 2026-03-01, 2026-03-01T06:30, or a number of days"
 
 
@@ -38,15 +38,23 @@ def read_time(value: Any) -> float:
     return time.timestamp() / SECONDS_PER_DAY
 
 
-def time_text(days: float) -> str:
-    """Return a time [day] as a date, or as a number of days where it is before 1980.
+def are_dates(times: Iterable[float]) -> bool:
+    """True where the times of a fleet [day] are dates: the last one is of 1980 or later."""
+    return max(times, default=0.0) >= FIRST_DATE
 
-    >>> time_text(20500.25), time_text(12.0)
-    ('2026-02-16', '12')
+
+def time_text(days: float, is_date: bool) -> str | None:
+    """Return a time [day] as a date, or as a number of days; None for a date after the year 9999.
+
+    >>> time_text(20500.25, is_date=True), time_text(20500.25, is_date=False), time_text(1e7, is_date=True)
+    ('2026-02-16', '20500.2', None)
     """
-    if days < FIRST_DATE:
+    if not is_date:
         return f"{round(days, 1):g}"
-    return datetime.fromtimestamp(days * SECONDS_PER_DAY, UTC).date().isoformat()
+    try:
+        return datetime.fromtimestamp(days * SECONDS_PER_DAY, UTC).date().isoformat()
+    except (ValueError, OverflowError):
+        return None
 
 
 def _read_sections(value: Any) -> dict[str, tuple[float, float]]:

@@ -12,7 +12,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.fleet.alarm import Alarm, explain_alarm
 from railui.fleet.block_means import BlockMeans
-from railui.fleet.course import Course, arrival
+from railui.fleet.course import Arrival, Course, arrival
 from railui.fleet.cusum import DAYS_PER_MONTH
 from railui.fleet.fleet_file import Fleet, VehicleType
 from railui.fleet.history import Monitor
@@ -20,12 +20,14 @@ from railui.fleet.limits import critical_value
 from railui.fleet.mixed_model import MixedModel
 from railui.fleet.monitor import monitor_fleet
 from railui.fleet.observations import PARAMETER, Observations, Quantity, read_observations
-from railui.fleet.schema import time_text
+from railui.fleet.reference import campaign_of
+from railui.fleet.schema import are_dates, time_text
 from railui.fleet.store import FleetStore
 from railui.vehicle.design import Design
 from railui.vehicle.model import Model
 
 FIXED_NAMES: Final = ("temperature", "load", "use")
+NEVER: Final = Arrival(math.inf, math.inf, math.inf, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +64,14 @@ def fleet_document(fleet: Fleet, states: list[TypeState], loops: Mapping[str, st
 
     loops: reports of full loops by vehicle.
     """
+    is_date = are_dates(float(state.data.time.max()) for state in states)
+    alarms = [alarm_row(fleet, state, alarm, loops or {}, is_date) for state in states for alarm in state.alarms]
     return {
         "fleet": fleet.name,
         "false_alarms_per_vehicle_month": fleet.settings.false_alarms,
-        "vehicles": [row for state in states for row in _vehicle_rows(state)],
-        "alarms": [alarm_row(fleet, state, alarm, loops or {}) for state in states for alarm in state.alarms],
-        "sections": [row for state in states for row in _section_rows(state)],
+        "vehicles": [row for state in states for row in _vehicle_rows(state, is_date)],
+        "alarms": alarms,
+        "sections": [row for state in states for row in _section_rows(state, is_date)],
         "parameters": [row for state in states for row in _parameter_rows(state)],
     }
 
@@ -89,7 +93,7 @@ def block_means(state: TypeState) -> BlockMeans:
     )
 
 
-def _vehicle_rows(state: TypeState) -> list[dict[str, Any]]:
+def _vehicle_rows(state: TypeState, is_date: bool) -> list[dict[str, Any]]:
     data, monitor = state.data, state.monitor
     rows = []
     for v, name in enumerate(data.vehicles):
@@ -103,7 +107,7 @@ def _vehicle_rows(state: TypeState) -> list[dict[str, Any]]:
                 "vehicle": name,
                 "type": state.type.name,
                 "runs": len(own),
-                "last_run": time_text(float(data.time[own[-1]])) if len(own) else None,
+                "last_run": time_text(float(data.time[own[-1]]), is_date) if len(own) else None,
                 "tested_months": tested * block_days / DAYS_PER_MONTH,
                 "verdict": verdict,
                 "alarms": len(alarms),
@@ -112,15 +116,15 @@ def _vehicle_rows(state: TypeState) -> list[dict[str, Any]]:
     return rows
 
 
-def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, str]) -> dict[str, Any]:
-    """Return an alarm with its evidence as a row of the document."""
+def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, str], is_date: bool) -> dict[str, Any]:
+    """Return an alarm with its evidence as a row of the document; is_date: times are dates, not numbers of days."""
     quantities = state.data.quantities
     crossing, course = alarm.crossing, alarm.course
     quantity = quantities[alarm.index] if alarm.index is not None else Quantity(alarm.name, "", 1.0)
     return {
         "vehicle": alarm.vehicle,
         "type": state.type.name,
-        "raised": time_text(alarm.raised),
+        "raised": time_text(alarm.raised, is_date),
         "verdict": alarm.verdict,
         "quantity": alarm.name,
         "not_separated_from": list(alarm.alternatives),
@@ -132,10 +136,10 @@ def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, 
         "change_sd": alarm.change_sd * quantity.scale,
         "relative_change": alarm.change if quantity.kind == PARAMETER else None,
         "unit": _unit(state.type, quantity),
-        "onset": _onset(course),
+        "onset": _onset(course, is_date),
         "rate_per_month": None if course is None else course.rate * DAYS_PER_MONTH * quantity.scale,
         "rate_per_month_sd": None if course is None else course.rate_sd * DAYS_PER_MONTH * quantity.scale,
-        "limit": _limit_row(fleet, state, alarm),
+        "limit": _limit_row(fleet, state, alarm, is_date),
         "runs": list(alarm.files),
         "loop": loops.get(alarm.vehicle),
     }
@@ -146,38 +150,43 @@ def _unit(vehicle_type: VehicleType, quantity: Quantity) -> str:
     return design.unit(quantity.name) if quantity.kind == PARAMETER else "1"
 
 
-def _onset(course: Course | None) -> dict[str, str] | None:
+def _onset(course: Course | None, is_date: bool) -> dict[str, str | None] | None:
     if course is None:
         return None
     days = {"day": course.onset, "low": course.onset_low, "high": course.onset_high}
-    return {name: time_text(day) for name, day in days.items()}
+    return {name: time_text(day, is_date) for name, day in days.items()}
 
 
-def _limit_row(fleet: Fleet, state: TypeState, alarm: Alarm) -> dict[str, Any] | None:
-    """Day at which the limit of a parameter is reached; None without a limit or a course."""
-    limit = next((x for x in fleet.limits if x.parameter == alarm.name), None)
-    if limit is None or alarm.course is None or alarm.index is None:
+def _limit_row(fleet: Fleet, state: TypeState, alarm: Alarm, is_date: bool) -> dict[str, Any] | None:
+    """Day at which the first of the limits of a parameter is reached; None without a limit or a course."""
+    limits = [x for x in fleet.limits if x.parameter == alarm.name]
+    if not limits or alarm.course is None or alarm.index is None:
         return None
     expected = _expected_value(state, alarm)
-    value = limit.value if limit.criterion is None else critical_value(_present_design(state, alarm), limit, expected)
-    row = {"parameter": limit.parameter, "criterion": limit.criterion, "limit": limit.value, "value": value}
-    if value is None:
-        return {**row, "day": None, "low": None, "high": None, "probability": None}
     scale = state.data.quantities[alarm.index].scale
-    reached = arrival(alarm.course, (value - expected) / scale)
-    days = {"day": reached.day, "low": reached.low, "high": reached.high}
+    reached: list[tuple[dict[str, Any], Arrival]] = []
+    for limit in limits:
+        value: float | None = limit.value
+        if limit.criterion is not None:
+            value = critical_value(_present_design(fleet, state, alarm), limit, expected)
+        row = {"parameter": limit.parameter, "criterion": limit.criterion, "limit": limit.value, "value": value}
+        at = NEVER if value is None else arrival(alarm.course, (value - expected) / scale)
+        reached.append((row, at))
+    row, first = min(reached, key=lambda pair: (pair[1].day, -pair[1].probability))
+    days = {"day": first.day, "low": first.low, "high": first.high}
     return {
         **row,
-        **{name: time_text(day) if math.isfinite(day) else None for name, day in days.items()},
-        "probability": reached.probability,
+        **{name: time_text(day, is_date) if math.isfinite(day) else None for name, day in days.items()},
+        "probability": None if row["value"] is None else first.probability,
     }
 
 
-def _present_design(state: TypeState, alarm: Alarm) -> Design:
+def _present_design(fleet: Fleet, state: TypeState, alarm: Alarm) -> Design:
     """Design of a vehicle as its last run estimates it."""
     data = state.data
     last = data.summaries[int(np.flatnonzero(data.vehicle == alarm.crossing.subject)[-1])]
-    return Model(state.type.campaign.design).with_path_values(last.paths, last.x).design
+    nominal = campaign_of(fleet.vehicles[alarm.vehicle]).design
+    return Model(nominal).with_path_values(last.paths, last.x).design
 
 
 def _expected_value(state: TypeState, alarm: Alarm) -> float:
@@ -191,13 +200,13 @@ def _expected_value(state: TypeState, alarm: Alarm) -> float:
     return float(data.quantities[j].scale * (levels.a[v, j] + levels.b[v, j] * use))
 
 
-def _section_rows(state: TypeState) -> list[dict[str, Any]]:
+def _section_rows(state: TypeState, is_date: bool) -> list[dict[str, Any]]:
     data, monitor = state.data, state.monitor
     rows = []
     for s, name in enumerate(data.sections):
         alarms = [
             {
-                "raised": time_text(float(monitor.start[x.block + 1])),
+                "raised": time_text(float(monitor.start[x.block + 1]), is_date),
                 "quantities": [data.quantities[j].name for j in x.quantities],
                 "sum": x.sums[0],
             }
@@ -238,7 +247,7 @@ def _slopes(quantity: Quantity, model: MixedModel) -> dict[str, float]:
 
 
 def _present(state: TypeState, j: int, largest: FloatArray) -> dict[str, dict[str, float | None]]:
-    """Last corrected value, its standard deviation, its score in the fleet and its largest sum, by vehicle."""
+    """Value before the last block, its standard deviation, its score and its largest sum, by vehicle."""
     data, monitor, model = state.data, state.monitor, state.monitor.models[j]
     scale = data.quantities[j].scale
     found: dict[str, dict[str, float | None]] = {}

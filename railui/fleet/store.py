@@ -55,9 +55,11 @@ class FleetStore:
         return None if row is None or row[1] != _checksum(key, row[0]) else unpack(row[0])
 
     def keys(self, kind: str) -> set[str]:
-        """Return the hashes of the stored results of a kind."""
+        """Return the hashes of the stored results of a kind, without damaged ones."""
+        query = "SELECT hash, payload, checksum FROM results WHERE kind = ?"
         with self._as_os_error():
-            return {row[0] for row in self.database.execute("SELECT hash FROM results WHERE kind = ?", (kind,))}
+            rows = self.database.execute(query, (kind,))
+            return {key for key, payload, checksum in rows if checksum == _checksum(key, payload)}
 
     def write(self, key: str, kind: str, subject: str, arrays: Arrays) -> None:
         """Store a result in one commit."""
@@ -81,6 +83,12 @@ class FleetStore:
             values = (str(file), stat.st_size, stat.st_mtime_ns, digest)
             self.database.execute("INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?)", values)
         return digest
+
+    def last_file_hash(self, file: Path) -> str | None:
+        """Return the SHA-256 that a file had when it was last read; None where it has not been read."""
+        with self._as_os_error():
+            row = self.database.execute("SELECT sha256 FROM files WHERE file = ?", (str(file),)).fetchone()
+        return None if row is None else str(row[0])
 
     def replace_runs(self, rows: Iterable[tuple[Any, ...]]) -> None:
         """Replace the table of runs: file, vehicle, type, time, mileage, load, temperature, section, hash, state."""

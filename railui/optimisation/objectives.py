@@ -16,6 +16,7 @@ from railui.io.yaml_document import load_yaml
 from railui.optimisation.cases import Case, case_too_short_for_n_mv
 from railui.optimisation.evaluation import Evaluator, ResponseTable, response_table
 from railui.optimisation.response_keys import RESPONSE_KEYS
+from railui.optimisation.scenarios import FRICTION_PATH, friction_paths
 from railui.optimisation.study import Constraint, Objective, Study
 
 PENALTY: Final = 1e9  # replaces infinite objectives and violations within the search
@@ -102,6 +103,11 @@ def aggregate(values: FloatArray, objective: Objective) -> FloatArray:
     return np.asarray(objective_sign(objective) * result)
 
 
+def finite_or_none(values: FloatArray) -> list[float | None]:
+    """Return numbers as a list, with None in place of those that are not finite."""
+    return [float(value) if np.isfinite(value) else None for value in values]
+
+
 def violations(study: Study, assessment: Assessment) -> FloatArray:
     """Return the relative violations [n, constraint + 1] of the constraints; a constraint is met at 0 or less.
 
@@ -142,7 +148,8 @@ def _check_variable(study: Study, path: str, findings: Findings) -> None:
     if path.startswith("riding."):
         what = "is a criterion of the assessment, not a part of the design"
         findings.add(key, what, "set it in the design, or in a scenario", key=True)
-    if any(path in scenario for scenario in study.cases.scenario):
+    names = {path, FRICTION_PATH} if path in friction_paths(study.design) else {path}
+    if any(not names.isdisjoint(scenario) for scenario in study.cases.scenario):
         findings.add(key, "is a variable and also set in a scenario", "leave it out of one of them", key=True)
 
 

@@ -21,6 +21,7 @@ from railui.optimisation.objectives import (
     assess,
     assess_responses,
     check_objectives,
+    finite_or_none,
     objective_sign,
     required_keys,
     result_warnings,
@@ -214,11 +215,7 @@ def _point(study: Study, x: FloatArray, assessment: Assessment, i: int, fresh: F
         mean, sd = fresh.mean(axis=0), fresh.std(axis=0, ddof=1)
     return {
         "variables": values_by_path(study, x),
-        "objectives": _finite(assessment.objectives[i]),
-        "constraints": _finite(assessment.constraints[i]),
-        "fresh": {"mean": _finite(mean), "sd": _finite(sd)},
+        "objectives": finite_or_none(assessment.objectives[i]),
+        "constraints": finite_or_none(assessment.constraints[i]),
+        "fresh": {"mean": finite_or_none(mean), "sd": finite_or_none(sd)},
     }
-
-
-def _finite(values: FloatArray) -> list[float | None]:
-    return [float(value) if np.isfinite(value) else None for value in values]

@@ -138,6 +138,12 @@ def check_keys(keys: Collection[str], *, has_track: bool, has_speed: bool) -> No
             raise ValueError(f"{key} needs a speed: give --speed")
 
 
+def check_axes(x: Axis, y: Axis) -> None:
+    """Raise ValueError for axes with a common path."""
+    if shared := set(x.paths) & set(y.paths):
+        raise ValueError(f"{' and '.join(sorted(shared))} on both axes: give two parameters")
+
+
 def case_of(
     design: Design,
     paths: Sequence[str],
@@ -190,8 +196,7 @@ def response_map(
     ValueError
         For axes with a common path.
     """
-    if shared := set(x.paths) & set(y.paths):
-        raise ValueError(f"{' and '.join(sorted(shared))} on both axes: give two parameters")
+    check_axes(x, y)
     columns, lines = np.meshgrid(x.values, y.values)
     count = (len(x.paths), len(y.paths))
     points = np.hstack([np.tile(c.reshape(-1, 1), n) for c, n in zip((columns, lines), count, strict=True)])

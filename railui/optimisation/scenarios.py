@@ -20,16 +20,17 @@ CONICITY_PATHS: Final = ("contact.leading.conicity", "contact.trailing.conicity"
 
 
 def default_scenarios(design: Design | None, varied: Collection[str] = ()) -> list[dict[str, float]]:
-    """Return the scenarios of a study that declares none: three conicities, each with wet and dry rails.
+    """Return the scenarios of a study that declares none: new and worn wheels on wet and dry rails, the design twice.
 
-    A conicity or friction among the paths `varied` by the study keeps the value of the design.
+    A conicity or friction among the paths `varied` by the study keeps the value of the design, and so does the
+    friction where the conicity is that of the design.
     """
     if design is None or design.kind == "rig":
         return [{}]
     varies_conicity = bool(set(CONICITY_PATHS) & set(varied))
     has_conicity = set(design.paths()).issuperset(CONICITY_PATHS)
     conicities = CONICITIES if has_conicity and not varies_conicity else (None,)
-    frictions = FRICTIONS if not set(_friction_paths(design)) & set(varied) else (None,)
+    frictions = FRICTIONS if not set(friction_paths(design)) & set(varied) else (None,)
     return [_scenario(conicity, friction) for conicity, friction in product(conicities, frictions)]
 
 
@@ -50,13 +51,14 @@ def apply_scenario(design: Design, overrides: Mapping[str, Any]) -> Design:
     if FRICTION_PATH not in overrides:
         return design.with_values(values) if values else design
     friction = _read_friction(overrides[FRICTION_PATH])
-    if not _friction_paths(design):
+    if not friction_paths(design):
         saturation = PlacedEffect(SATURATION_KIND, "contact", None, {"friction": friction})
         design = design.with_effects([*design.effects, saturation])
-    return design.with_values(values | dict.fromkeys(_friction_paths(design), friction))
+    return design.with_values(values | dict.fromkeys(friction_paths(design), friction))
 
 
-def _friction_paths(design: Design) -> list[str]:
+def friction_paths(design: Design) -> list[str]:
+    """Return the paths of the numbers that `contact.friction` of a scenario sets."""
     return [f"effects.{i}.friction" for i, effect in enumerate(design.effects) if effect.kind == SATURATION_KIND]
 
 

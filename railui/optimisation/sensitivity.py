@@ -12,7 +12,7 @@ from railui.io.problems import FileProblems
 from railui.optimisation.cases import Case
 from railui.optimisation.design_space import DesignSpace, values_by_path
 from railui.optimisation.evaluation import Evaluator
-from railui.optimisation.objectives import Assessment, assess, assess_responses, required_keys
+from railui.optimisation.objectives import Assessment, assess, assess_responses, finite_or_none, required_keys
 from railui.optimisation.study import Study
 from railui.vehicle.design import Design
 from railui.vehicle.model import Model
@@ -40,7 +40,7 @@ def one_at_a_time(study: Study, cases: Sequence[Case], x: FloatArray, evaluator:
     Returns
     -------
     list of dict
-        Per path its unit, its value (SI) and the changes `objectives` and `constraints`, NaN if a perturbed design
+        Per path its unit, its value (SI) and the changes `objectives` and `constraints`, None if a perturbed design
         fails.
 
     References
@@ -59,8 +59,8 @@ def one_at_a_time(study: Study, cases: Sequence[Case], x: FloatArray, evaluator:
             "path": path,
             "unit": design.unit(path),
             "value": design.value(path),
-            "objectives": objectives[i].tolist(),
-            "constraints": constraints[i].tolist(),
+            "objectives": finite_or_none(objectives[i]),
+            "constraints": finite_or_none(constraints[i]),
         }
         for i, path in enumerate(paths)
     ]
@@ -159,7 +159,7 @@ def sobol(study: Study, cases: Sequence[Case], evaluator: Evaluator, samples: in
         "samples": samples,
         "failed": failed,
         "variables": [
-            {"path": v.path, "first": first[:, j].tolist(), "total": total[:, j].tolist()}
+            {"path": v.path, "first": finite_or_none(first[:, j]), "total": finite_or_none(total[:, j])}
             for j, v in enumerate(study.variables)
         ],
     }

@@ -47,7 +47,11 @@ class CasesModel(Group):
     )
     speed: Annotated[list[Speed], LIST_OR_SCALAR] = Field(json_schema_extra={"sample": "speed: [40 m/s]"})
     seed: Annotated[list[Whole], LIST_OR_SCALAR] = Field(default_factory=lambda: [0])
-    scenario: Annotated[list[Annotated[dict[str, Any], SCENARIO]], LIST_OR_SCALAR] = Field(default=[{}])
+    scenario: Annotated[list[Annotated[dict[str, Any], SCENARIO]], LIST_OR_SCALAR] = Field(
+        default_factory=lambda: list[dict[str, Any]]([{}]),
+        title="overrides of the design; by default conicity 0.1 and 0.4, each with friction 0.2 and 0.4, and the "
+        "unchanged design twice; [{}]: the unchanged design alone",
+    )
     draws: Annotated[int, integer_reader(0, 10_000)] = 0
     radius: Annotated[float, quantity_reader("m", 0.0, above=True)] = Field(
         default=600.0, title="radius of the curve, for the keys of curve"

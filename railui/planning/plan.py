@@ -27,6 +27,14 @@ from railui.vehicle.model import Model
 MIN_RUNS = 2  # one for estimation, one for validation
 
 
+@dataclass(frozen=True)
+class CandidateRuns:
+    """Runs that may be made: those at which the nominal vehicle is stable, and the names of the others."""
+
+    stable: tuple[PlannedRun, ...]
+    unstable: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """Expected results of the runs that may be made, and the selection among sensors and runs.
@@ -88,6 +96,8 @@ def make_plan(
 ) -> Plan:
     """Simulate the runs that may be made with the nominal vehicle and select sensors and runs.
 
+    As `candidate_runs`, then `plan_of_runs`.
+
     Parameters
     ----------
     speeds
@@ -110,25 +120,59 @@ def make_plan(
     FileProblems, ValueError
         For a faulty track, and for fewer than two runs at which the vehicle is stable.
     """
+    candidates = candidate_runs(file, speeds, tracks, duration, seed, sections)
+    return plan_of_runs(file, candidates, seed=seed, jobs=jobs, progress=progress, store=store, cluster=cluster)
+
+
+def candidate_runs(
+    file: PlanFile,
+    speeds: Sequence[float],
+    tracks: Sequence[str | Path],
+    duration: float,
+    seed: int | None = None,
+    sections: int = 1,
+) -> CandidateRuns:
+    """Return the runs that may be made; parameters and exceptions as `make_plan`."""
     campaign = file.campaign
     model = Model(campaign.design)
     wanted = planned_runs(speeds, tracks, duration, seed, sections)
     limit = campaign.settings.calibration.max_growth_rate
-    stable = [run for run in wanted if model.growth_rate(run.speed) <= limit]
+    stable = tuple(run for run in wanted if model.growth_rate(run.speed) <= limit)
     unstable = tuple(run.name for run in wanted if run not in stable)
     if len(stable) < MIN_RUNS:
         raise ValueError(
             f"{len(stable)} of {len(wanted)} runs can be planned, two are needed, for estimation and for validation: "
             + (f"the vehicle is unstable at {', '.join(unstable)}" if unstable else "give more speeds or tracks")
         )
-    dataset = simulate_runs(campaign, model, stable, file.sensors)
+    return CandidateRuns(stable, unstable)
+
+
+def plan_of_runs(
+    file: PlanFile,
+    candidates: CandidateRuns,
+    *,
+    seed: int | None = None,
+    jobs: int | None = None,
+    progress: Progress = SILENT,
+    store: InformationStore | None = None,
+    cluster: Pool | None = None,
+) -> Plan:
+    """Simulate the runs and select sensors and runs; parameters as `make_plan`.
+
+    Raises
+    ------
+    ValueError
+        Where the vehicle diverges.
+    """
+    campaign, stable = file.campaign, candidates.stable
+    dataset = simulate_runs(campaign, Model(campaign.design), stable, file.sensors)
     context = create_context(dataset, seed=seed or 0, jobs=jobs, progress=progress)
     information = collect_information(context, store, cluster)
     numbers = tuple(range(len(stable)))
     everything = expect(information, Choice(file.sensors, numbers, numbers[-1]), campaign, context.seed)
     progress.message("selecting sensors and runs")
     steps = _select(file, stable, information, everything)
-    return Plan(file, tuple(stable), unstable, information, everything, tuple(steps))
+    return Plan(file, stable, candidates.unstable, information, everything, tuple(steps))
 
 
 def _select(
@@ -157,7 +201,7 @@ def plan_document(plan: Plan) -> dict[str, Any]:
     alone = [plan.of_run(i) for i in range(len(plan.runs))]
     notes = [f"left out: the nominal vehicle is unstable at {name}" for name in plan.unstable]
     if plan.chosen is None:
-        notes.append("the budget allows for no sensor and two runs: the figures are those of all sensors and runs")
+        notes.append("the budget does not cover one sensor and two runs: the figures are those of all sensors and runs")
     return {
         "design": file.campaign.design.name,
         "duration": plan.runs[0].duration,

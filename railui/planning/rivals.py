@@ -110,7 +110,7 @@ def rival_models(result: LoopResult) -> list[RivalModel]:
 
 
 def undecided(rivals: Sequence[RivalModel], settings: PlanningSettings) -> list[RivalModel]:
-    """Return the final model and those of the others that the data do not separate from it; none of a rig."""
+    """Return the final model and those of the others that the data do not separate from it."""
     return [*rivals[:1], *(r for r in rivals[1:] if r.z < settings.critical_z)]
 
 

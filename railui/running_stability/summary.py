@@ -236,7 +236,7 @@ def practical_critical_speed(
     if inadmissible is None:
         notes.append(f"practical_critical_speed: none, the class is admissible up to {admissible:g} m/s")
     elif not admissible:
-        notes.append(f"practical_critical_speed: null, not admissible at {inadmissible:g} m/s nor above")
+        notes.append(f"practical_critical_speed: null, not admissible at {inadmissible:g} m/s")
     else:
         if admissible < speeds[0]:
             notes.append(f"practical_critical_speed: below the range of speeds, not admissible at {speeds[0]:g} m/s")

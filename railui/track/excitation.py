@@ -80,7 +80,9 @@ def resolve_track(track: Track | TrackSource | str | Path, seed: int | None = No
     if isinstance(track, str | Path) and Path(track).suffix.lower() in LINE_FILES:
         return _source_of_line(Path(track), seed)
     if seed is not None:
-        raise ValueError(f"{_name_of(track)} is not a synthetic track: it has no seed, leave out --seed and --seeds")
+        fixed = track.seed if isinstance(track, TrackSource) else None
+        state = "is not a synthetic track: it has no seed" if fixed is None else f"has its seed {fixed} already"
+        raise ValueError(f"{_name_of(track)} {state}, leave out --seed and --seeds")
     if isinstance(track, TrackSource):
         return track
     if isinstance(track, Track):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.cli.runner import BOGIE, ROOT, document, run
@@ -60,6 +61,22 @@ def test_the_fault_of_a_track_file_is_reported_with_the_file_alone(sensors: str,
     result = run("plan", BOGIE, "--sensors", sensors, "--speeds", "30", "--track", str(track), "--duration", "20 s")
     assert result.exit_code == 2 and result.stderr.splitlines()[0].startswith(str(track))
     assert "Usage" not in result.stderr
+
+
+def test_a_run_longer_than_its_track_is_wrong_use(sensors: str, tmp_path: Path) -> None:
+    track = tmp_path / "track.csv"
+    track.write_text("s [m],yw [m],phiw [rad]\n" + "".join(f"{0.5 * i},0,0\n" for i in range(200)))
+    result = run("plan", BOGIE, "--sensors", sensors, "--speeds", "30", "--track", str(track), "--duration", "20 s")
+    assert result.exit_code == 2 and "plan at most 3 s" in " ".join(result.stderr.split())
+
+
+def test_a_numerical_error_is_no_wrong_use(sensors: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise np.linalg.LinAlgError("singular matrix")
+
+    monkeypatch.setattr("railui.planning.plan.collect_information", fail)
+    result = run("plan", BOGIE, "--sensors", sensors, *BASIC)
+    assert result.exit_code == 1 and "singular matrix" in result.stderr and "Usage" not in result.stderr
 
 
 def test_a_directory_without_a_loop_is_refused_with_a_remedy(tmp_path: Path) -> None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from railui.execution.lock import Lock, lock_holder
 from railui.execution.session import Session, status
 from railui.execution.threads import ThreadRunner
 from railui.io.problems import FileProblems
@@ -54,3 +57,20 @@ def test_a_directory_with_foreign_files_is_refused(tmp_path: Path) -> None:
     (out / "letter.txt").write_text("dear", "utf-8")
     with pytest.raises(FileProblems, match=r"letter\.txt"):
         Session(study, out, ThreadRunner(1))
+
+
+def test_the_holder_of_a_directory_is_known_where_its_lock_may_only_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_file = Path.open
+
+    def open_readable(path: Path, mode: str = "r", **options: Any) -> Any:
+        if mode != "r":
+            raise PermissionError(13, "Permission denied", str(path))
+        return open_file(path, mode, **options)
+
+    lock = Lock(tmp_path)
+    monkeypatch.setattr(Path, "open", open_readable)
+    holder = lock_holder(tmp_path)
+    lock.release()
+    assert holder is not None and holder.is_alive and holder.pid == os.getpid()

@@ -60,6 +60,12 @@ def test_a_pattern_may_have_wildcards_and_numbers(tmp_path: Path) -> None:
     assert [(r.time, r.load) for r in _listed(tmp_path)] == [(7.0, 0.5), (8.0, 1.0)]
 
 
+def test_a_field_may_be_repeated_in_a_pattern(tmp_path: Path) -> None:
+    _home(tmp_path, "pattern: 'runs/{vehicle}/{vehicle}_{time}.csv'", "a: rig, b: rig")
+    _touch(tmp_path, "runs/a/a_7.csv", "runs/b/b_8.csv", "runs/a/b_9.csv")
+    assert [(r.vehicle, r.time) for r in _listed(tmp_path)] == [("a", 7.0), ("b", 8.0)]
+
+
 def test_a_table_keeps_the_names_and_the_delimiter_of_its_owner(tmp_path: Path) -> None:
     _home(tmp_path, "index: runs.csv, columns: {file: Name, time: Run no, temperature: oil}")
     (tmp_path / "runs.csv").write_text("\ufeffName;Run no;operator;oil [degC]\nr1.csv;1;me;20\nr2.csv;2;you;\n")

@@ -12,7 +12,9 @@ import pytest
 from railui.api.design import Design
 from railui.documents.saving import save_design
 from railui.fleet.schema import read_time
-from railui.fleet.status import TypeState, assess_type, fleet_document
+from railui.fleet.status import TypeState, alarm_row, assess_type, fleet_document
+from railui.vehicle.design import Adjustment
+from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 from tests.fleet.drawn import Errors, draw_fleet
 from tests.fleet.simulate import START, order_of
@@ -98,3 +100,25 @@ def test_the_day_of_a_critical_speed_follows_from_the_drifting_parameter(
     day = START + fault.onset + fault.ramp * (1.0 - limit["value"] / sound) / -fault.size
     assert read_time(limit["low"]) - 7.0 <= day <= read_time(limit["high"]) + 7.0
     assert read_time(limit["low"]) < read_time(limit["high"])
+
+
+def test_the_limit_of_a_vehicle_with_a_prior_follows_from_its_own_effects(
+    faulty: tuple[TypeState, dict[str, Any]], tmp_path: Path
+) -> None:
+    state, fleet = faulty[0], fleet_of(_order(21, FAULTS), LIMITS)
+    path, half_width = "vehicle.primary.lateral_stiffness", "effects.0.half_width"
+    clearance = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 1e-5})
+    adjustment = Adjustment("v02", "0" * 64, (path, half_width), ((1e8, 0.0), (0.0, 1e-14)))
+    calibrated = state.type.campaign.design.with_effects([clearance])
+    save_design(replace(calibrated, adjustment=adjustment), tmp_path / "adjusted.yaml")
+    (tmp_path / "loop.json").write_text("{}")
+    vehicle = replace(fleet.vehicles["v02"], prior=tmp_path)
+    fleet = replace(fleet, vehicles={**fleet.vehicles, "v02": vehicle})
+    runs = [
+        replace(s, paths=(*s.paths, half_width), x=np.append(s.x, 2e-5)) if v == 1 else s
+        for v, s in zip(state.data.vehicle, state.data.summaries, strict=True)
+    ]
+    state = replace(state, data=replace(state.data, summaries=tuple(runs)))
+    alarm = next(a for a in state.alarms if a.vehicle == "v02" and a.name == path)
+    row = alarm_row(fleet, state, alarm, {}, is_date=True)
+    assert row["limit"]["value"] > 0.0

@@ -6,23 +6,30 @@ import json
 import shutil
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from railui.campaign.settings.fleet import FleetSettings
+from railui.documents.saving import save_design
+from railui.fleet.alarm import Alarm
 from railui.fleet.check import check_fleet
+from railui.fleet.course import Course
 from railui.fleet.engine import read_part, update_fleet
-from railui.fleet.fleet_file import load_fleet
+from railui.fleet.fleet_file import Limit, load_fleet
+from railui.fleet.history import Crossing
 from railui.fleet.pools import DaskPool, ThreadPool
 from railui.fleet.quick_path import Watch, estimates_of_gram, summarise_run
 from railui.fleet.reference import Reference, watched_candidates
 from railui.fleet.run_list import list_runs
-from railui.fleet.status import assess_fleet
+from railui.fleet.status import TypeState, alarm_row, assess_fleet, fleet_document
 from railui.fleet.store import FleetStore
 from railui.fleet.summary import RunSummary
 from railui.io.problems import FileProblems
+from railui.vehicle.design import Adjustment
+from railui.vehicle.effects import PlacedEffect
 from tests.cli.runner import run as run_cli
 from tests.truth.rig_fleet import NOMINAL, RigFleet, stiffness, write
 
@@ -142,10 +149,32 @@ def test_a_new_run_alone_is_computed(home: Path, tmp_path: Path) -> None:
 
 def test_a_damaged_row_of_the_store_is_computed_again(home: Path, tmp_path: Path) -> None:
     opened = FleetStore(tmp_path)
-    opened.write("a", "summary", "rig1", {"x": np.ones(3)})
-    opened.database.execute("UPDATE results SET payload = zeroblob(20)")
-    assert opened.read("a") is None
+    update_fleet(load_fleet(home), opened, ThreadPool(1))
+    before = _summaries(opened)
+    damaged = opened.runs()[0][8]
+    opened.database.execute("UPDATE results SET payload = zeroblob(20) WHERE hash = ?", (damaged,))
+    assert opened.read(damaged) is None
+    again = update_fleet(load_fleet(home), opened, ThreadPool(1))
+    after = _summaries(opened)
     opened.close()
+    assert (again.computed, again.stored) == (1, 11)
+    assert all(np.array_equal(before[name].gram, after[name].gram) for name in before)
+
+
+def test_a_missing_file_is_left_out_unless_its_summary_is_stored(home: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "rigs"
+    shutil.copytree(home, folder, ignore=shutil.ignore_patterns("one"))
+    (folder / "runs" / "rig2_06.csv.gz").unlink()
+    opened = FleetStore(tmp_path)
+    first = update_fleet(load_fleet(folder), opened, ThreadPool(1))
+    (folder / "runs" / "rig1_05.csv.gz").unlink()
+    shutil.copy(home / "runs" / "rig2_06.csv.gz", folder / "runs")
+    second = update_fleet(load_fleet(folder), opened, ThreadPool(1))
+    opened.close()
+    reasons = {Path(file).name: reason for file, reason in first.left_out.items()}
+    assert reasons == {"rig2_06.csv.gz": "cannot be read: No such file or directory"}
+    assert (first.computed, first.stored) == (11, 0)
+    assert (second.computed, second.stored, second.left_out) == (1, 11, {})
 
 
 def test_a_broken_run_is_left_out_with_its_reason(home: Path, tmp_path: Path) -> None:
@@ -173,6 +202,76 @@ def test_one_machine_with_numbered_runs_is_followed_without_metadata(tmp_path: P
     first = state.alarms[0]
     assert (first.vehicle, first.name) == ("machine", "vehicle.rig.stiffness")
     assert order.onset < first.raised < order.onset + 13
+
+
+def test_a_vehicle_with_the_effects_of_a_loop_is_followed_among_others(home: Path, tmp_path: Path) -> None:
+    """The second rig has a dry friction that its runs estimate too; the quantities are those of all rigs."""
+    design = load_fleet(home).types["rig"].campaign.design
+    calibrated = design.with_effects([PlacedEffect("dry_friction", "rig", None, {"force": 0.5, "slip_speed": 1e-2})])
+    names = ("vehicle.rig.stiffness", "effects.0.force")
+    adjustment = Adjustment("rig2", "0" * 64, names, ((1e6, 0.0), (0.0, 0.01)))
+    (tmp_path / "loop").mkdir()
+    save_design(replace(calibrated, adjustment=adjustment), tmp_path / "loop/adjusted.yaml")
+    (tmp_path / "loop/loop.json").write_text("{}")
+    shutil.copy(home / "rig.yaml", tmp_path)
+    text = (home / "fleet.yaml").read_text().replace("index: runs.csv", f"index: {home / 'runs.csv'}")
+    text = text.replace("rig2: rig", "rig2: {type: rig, prior: loop}").replace(
+        "[free_play, dry_friction]", "[free_play]"
+    )
+    (tmp_path / "fleet.yaml").write_text(text)
+    fleet = load_fleet(tmp_path)
+    opened = FleetStore(tmp_path)
+    update = update_fleet(fleet, opened, ThreadPool(1))
+    assert update.left_out == {}
+    summaries = _summaries(opened)
+    (state,) = assess_fleet(fleet, opened)
+    opened.close()
+    assert set(summaries["rig2_01.csv.gz"].paths) - set(summaries["rig1_01.csv.gz"].paths) == {names[1]}
+    quantities = [q.name for q in state.data.quantities]
+    assert names[0] in quantities and names[1] not in quantities
+    j = quantities.index(names[0])
+    truth = [stiffness(RIGS, v, int(t) - 1) for v, t in zip(state.data.vehicle, state.data.time, strict=True)]
+    assert state.data.y[:, j] * state.data.quantities[j].scale == pytest.approx(truth, rel=5e-3)
+
+
+def _softening(state: TypeState, onset: float, rate: float) -> Alarm:
+    """An alarm of the second rig whose stiffness changes by a share per day."""
+    j = [q.name for q in state.data.quantities].index("vehicle.rig.stiffness")
+    one, crossing = np.ones(1), Crossing(1, 4, (j,), (9.0,), 1)
+    course = Course(onset, onset, onset, rate, 0.0, rate, 0.0, onset * one, one, rate * one, 0.0 * one)
+    return Alarm(
+        crossing, "rig2", onset + 9.0, "parameter", state.data.quantities[j].name, (), 1.0, rate, 0.1, course, j, ()
+    )
+
+
+def test_the_limit_that_is_reached_first_is_reported(home: Path, store: FleetStore) -> None:
+    fleet = load_fleet(home)
+    (state,) = assess_fleet(fleet, store)
+    path = "vehicle.rig.stiffness"
+    limits = (Limit(path, 40e3, True), Limit(path, 50e3, True), Limit(path, 90e3, False))
+    for rate, limit in ((-0.01, 50e3), (0.01, 90e3)):
+        row = alarm_row(replace(fleet, limits=limits), state, _softening(state, 3.0, rate), {}, is_date=False)
+        assert row["limit"]["limit"] == limit
+        assert 3.0 < float(row["limit"]["day"]) < 80.0
+
+
+def test_days_after_the_tenth_year_are_numbers_where_the_runs_have_numbers(home: Path, store: FleetStore) -> None:
+    fleet = load_fleet(home)
+    (state,) = assess_fleet(fleet, store)
+    late = replace(state, alarms=(_softening(state, 4000.0, -0.01),))
+    (alarm,) = fleet_document(fleet, [late])["alarms"]
+    assert (alarm["raised"], alarm["onset"]["day"]) == ("4009", "4000")
+    assert 4000.0 < float(alarm["limit"]["day"]) < 4030.0
+
+
+def test_a_limit_reached_after_the_year_9999_has_no_date(home: Path, store: FleetStore) -> None:
+    fleet = load_fleet(home)
+    (state,) = assess_fleet(fleet, store)
+    days = np.asarray(state.data.time) + 20000.0
+    late = replace(state, data=replace(state.data, time=days), alarms=(_softening(state, 20003.0, -1e-9),))
+    (alarm,) = fleet_document(fleet, [late])["alarms"]
+    assert alarm["raised"] == "2024-10-16"
+    assert alarm["limit"]["day"] is None
 
 
 def test_runs_that_are_too_short_are_left_out_with_the_reason(home: Path, tmp_path: Path) -> None:

@@ -14,9 +14,11 @@ from railui.documents.saving import save_design
 from railui.io.problems import FileProblems
 from railui.optimisation.cases import seeds_of
 from railui.optimisation.optimise import RIDE_QUALITY_KEYS, mean_ride_quality, optimise
+from railui.optimisation.scenarios import friction_paths
 from railui.optimisation.study import Study
 from railui.ride_quality.evaluation import ride
 from railui.vehicle.design_reader import load_design
+from railui.vehicle.effects import PlacedEffect
 from tests.optimisation.studies import BOGIE, CHECK_BOGIE, small_study
 
 
@@ -107,6 +109,17 @@ def test_a_study_that_cannot_be_searched_is_refused(tmp_path: Path, parts: dict[
         optimise(small_study(tmp_path, **parts))
 
 
+def test_a_friction_is_not_both_a_variable_and_set_in_a_scenario(tmp_path: Path) -> None:
+    design = load_design(BOGIE)
+    saturation = PlacedEffect("creep_saturation", "contact", None, {"friction": 0.35})
+    design = design.with_effects([*design.effects, saturation])
+    save_design(design, tmp_path / "vehicle.yaml")
+    cases = "{track: [erri_b176_low length=300], speed: [40 m/s], scenario: [{contact.friction: 0.2}]}"
+    variables = f"{{{friction_paths(design)[-1]}: [0.1, 0.5]}}"
+    with pytest.raises(FileProblems, match="is a variable and also set in a scenario"):
+        optimise(small_study(tmp_path, tmp_path / "vehicle.yaml", cases=cases, variables=variables))
+
+
 def test_a_design_too_stiff_to_integrate_fails_without_the_others(tmp_path: Path) -> None:
     variables = "{vehicle.primary.lateral_stiffness: [1 MN/m, 1e7 MN/m]}"
     result = optimise(small_study(tmp_path, variables=variables, constraints="[]"))
@@ -116,6 +129,8 @@ def test_a_design_too_stiff_to_integrate_fails_without_the_others(tmp_path: Path
     result = optimise(small_study(tmp_path, tmp_path / "stiff.yaml", constraints="[]"))
     assert result["baseline"]["objectives"] == [None, None] and result["riding"]["before"] is None
     assert result["pareto"] == [] and result["failed"] == result["evaluations"]
+    changes = [row["objectives"] for row in result["sensitivities"]["one_at_a_time"]]
+    assert changes and all(row == [None, None] for row in changes)
 
 
 def test_ride_quality_over_cases_is_the_mean_with_the_worst_class() -> None:

@@ -159,6 +159,16 @@ def test_a_wrong_axis_or_key_names_its_remedy(tmp_path: Path, words: tuple[str, 
     assert message in " ".join(result.stderr.split())
 
 
+def test_a_numerical_error_is_no_wrong_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise np.linalg.LinAlgError("singular matrix")
+
+    monkeypatch.setattr("railui.optimisation.response_map.evaluate_vehicles", fail)
+    words = ("--x", "contact.conicity=0.1:0.2", "--y", f"{STIFFNESS}=2e6:4e6", "--of", "linear_critical_speed")
+    result = run("map", BOGIE, *words, "-o", str(tmp_path / "m"))
+    assert result.exit_code == 1 and "singular matrix" in result.stderr and "Usage" not in result.stderr
+
+
 def test_a_name_of_a_group_sets_its_members_only_and_not_those_of_deeper_groups() -> None:
     coach = load_design(ROOT / "designs/manchester_coach.yaml")
     assert paths_of(coach, "contact.wheels.conicity") == ["contact.wheels.conicity"]

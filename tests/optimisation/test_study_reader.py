@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from railui.api.files import schema
 from railui.io.problems import Problem
 from railui.optimisation.study import Constraint, Objective, Study
 from railui.optimisation.study_reader import load_study
@@ -145,3 +146,9 @@ def test_the_method_must_suit_the_number_of_objectives(
         assert study(*changes).method.kind == kind
     else:
         assert problems_of(lambda: study(*changes))[0].message == message
+
+
+def test_the_schema_states_the_default_scenarios_in_words() -> None:
+    scenario = schema("study")["$defs"]["CasesModel"]["properties"]["scenario"]
+    assert "default" not in scenario
+    assert "conicity 0.1 and 0.4" in scenario["title"]

@@ -57,7 +57,7 @@ def test_a_budget_for_nothing_is_noted_and_shows_what_everything_detects() -> No
     found = plan("budget: 2\n")
     assert found.steps == () and found.chosen is None
     document = plan_document(found)
-    assert document["selected"] is None and "the budget allows for no sensor" in document["notes"][0]
+    assert document["selected"] is None and "the budget does not cover one sensor" in document["notes"][0]
     row = next(r for r in document["detectable"] if (r["kind"], r["at"]) == ("dry_friction", "secondary_lateral"))
     assert row["value"] == row["with_everything"]
 

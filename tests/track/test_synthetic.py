@@ -14,6 +14,7 @@ from railui.track import (
     spectrum_sd,
     synthetic_track,
 )
+from railui.track.excitation import resolve_track
 
 
 def test_a_synthetic_track_is_the_sum_of_its_harmonics():
@@ -157,3 +158,11 @@ def test_noise_at_uneven_locations_is_repeatable():
 def test_noise_rejects_a_wavelength_of_zero():
     with pytest.raises(ValueError, match="wavelength"):
         band_limited_noise(np.random.default_rng(0), np.arange(5.0), 1.0, 0.0)
+
+
+def test_the_seed_of_a_computed_track_cannot_be_replaced() -> None:
+    source = resolve_track("erri_b176_low length=200 seed=1")
+    with pytest.raises(ValueError, match="has its seed 1 already"):
+        resolve_track(source, seed=2)
+    with pytest.raises(ValueError, match="it has no seed"):
+        resolve_track(source.track, seed=2)

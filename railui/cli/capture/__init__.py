@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from railui.cli import EXIT_RETRY_LATER
 from railui.cli.invocation import Invocation, common_options, usage_error
 
 if TYPE_CHECKING:
@@ -140,14 +139,14 @@ def record(
         from railui.capture.recorder.record import Recorder
         from railui.capture.recorder.run_files import DISK_FULL_ERRORS
         from railui.capture.simulator.demo_logger import DemoLogger
+        from railui.io.problems import TemporaryError
 
         if port is None:
             port = stack.enter_context(DemoLogger(call.seed or 0)).port
         try:
             recorder = Recorder(port, baud, directory, call.info)
         except (SerialException, OSError, ValueError) as error:
-            call.info(_port_error(port, error))
-            ctx.exit(EXIT_RETRY_LATER)
+            raise TemporaryError(port_error(port, error)) from None
         call.info(f"recording {port} into {directory}: ctrl-c ends it, a line typed here marks an instant")
         _run(recorder, seconds, call)
     try:
@@ -176,13 +175,13 @@ def _new_directory(out: str | None) -> Path:
     return directory
 
 
-def _port_error(port: str, error: Exception) -> str:
+def port_error(port: str, error: Exception) -> str:
     """Return why a port does not open, and the remedy."""
     from serial.tools.list_ports import comports
 
     ports = [p.device for p in comports()]
     number = getattr(error, "errno", None)
-    problem = f"railui: {port} does not open: {os.strerror(number) if number else error}"
+    problem = f"{port} does not open: {os.strerror(number) if number else error}"
     if number == errno.EACCES:
         return f"{problem}; add yourself to its group: sudo usermod -aG dialout $USER, then log in again"
     return f"{problem}; {'available: ' + ', '.join(ports) if ports else 'there is no serial port: plug the logger in'}"

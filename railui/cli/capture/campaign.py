@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from railui.cli.import_ import show_imported_run
-from railui.cli.invocation import Invocation, common_options, usage_errors
+from railui.cli.invocation import Invocation, common_options
 
 
 @click.command("campaign")
@@ -33,8 +33,7 @@ def command(
     from railui.api.recorded_campaign import write_recorded_campaign
     from railui.documents.check import check
 
-    with usage_errors():
-        campaign = write_recorded_campaign(map_file, {"adjust": adjust, "validate": validate}, out, name=name)
+    campaign = write_recorded_campaign(map_file, {"adjust": adjust, "validate": validate}, out, name=name)
     for run in campaign.runs:
         show_imported_run(call, f"{run.source} ({run.role}, {run.run.duration:.1f} s)", run.run)
     for note in campaign.notes:

@@ -46,22 +46,27 @@ def line_of_options(channels: int | None, rate: float | None, letter: str, block
 
 
 def line_on_port(port: str, baud: int) -> Line:
-    """Return the line of a logger that sends on a port."""
+    """Return the line of a logger that sends on a port; TemporaryError where the port or the logger is missing."""
     import time
 
     import serial
 
     from railui.capture.recorder.session_assembler import SessionAssembler
+    from railui.cli.capture import port_error
+    from railui.io.problems import TemporaryError
 
     assembler = SessionAssembler()
-    with serial.Serial(port, baud, timeout=0.2, exclusive=True) as line:
-        deadline = time.monotonic() + LISTEN_TIMEOUT
-        while time.monotonic() < deadline:
-            assembler.feed(line.read(max(1, line.in_waiting)))
-            if assembler.sessions and assembler.sessions[-1].samples > MIN_SAMPLES:
-                break
+    try:
+        with serial.Serial(port, baud, timeout=0.2, exclusive=True) as line:
+            deadline = time.monotonic() + LISTEN_TIMEOUT
+            while time.monotonic() < deadline:
+                assembler.feed(line.read(max(1, line.in_waiting)))
+                if assembler.sessions and assembler.sessions[-1].samples > MIN_SAMPLES:
+                    break
+    except (OSError, ValueError) as error:  # ValueError: a baud rate that the port does not have
+        raise TemporaryError(port_error(port, error)) from None
     if not assembler.sessions:
-        raise RuntimeError(
+        raise TemporaryError(
             f"{port}: no hello in {LISTEN_TIMEOUT:g} s at {baud} baud: is the rate right, does the logger send?"
         )
     session = assembler.sessions[-1]

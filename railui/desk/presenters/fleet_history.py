@@ -11,7 +11,7 @@ from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Band, LimitLine, Line, PlotData
 from railui.fleet.block_means import BlockMeans
 from railui.fleet.course import QUANTILE
-from railui.fleet.schema import FIRST_DATE, read_time, time_text
+from railui.fleet.schema import are_dates, read_time, time_text
 
 NO_HISTORY: Final = PlotData(Axis(""), Axis(""), placeholder="no tested blocks yet")
 
@@ -22,7 +22,7 @@ def history_plot(means: BlockMeans, vehicle: int, quantity: int, alarms: Sequenc
     known = np.isfinite(value)
     if not known.any():
         return NO_HISTORY
-    first = float(means.start[0])
+    first, is_date = float(means.start[0]), are_dates(means.start)
     x = means.middle - first
     own = [row for row in alarms if row["vehicle"] == means.vehicles[vehicle]]
     predicted = np.isfinite(expected) & np.isfinite(sd)
@@ -30,7 +30,7 @@ def history_plot(means: BlockMeans, vehicle: int, quantity: int, alarms: Sequenc
     name, unit = means.quantities[quantity], means.units[quantity]
     return PlotData(
         Axis(
-            f"since {time_text(first)}" if first >= FIRST_DATE else f"since day {time_text(first)}",
+            f"since {'' if is_date else 'day '}{time_text(first, is_date)}",
             "day",
             low=0.0,
             high=float(means.start[-1]) - first,

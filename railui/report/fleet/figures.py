@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from railui.arrays import FloatArray
 from railui.fleet.alarm import Alarm, mean_use
 from railui.fleet.course import QUANTILE
 from railui.fleet.observations import PARAMETER
-from railui.fleet.schema import FIRST_DATE, SECONDS_PER_DAY
+from railui.fleet.schema import SECONDS_PER_DAY, are_dates
 from railui.fleet.status import TypeState
 from railui.report.figures.drawing import BLUE, GREY, ORANGE, Picture, draw_picture
 
@@ -53,13 +54,13 @@ def history_picture(state: TypeState, alarm: Alarm) -> Picture:
     levels = monitor.levels[min(alarm.crossing.started + 1, alarm.crossing.block)]
     quantity = data.quantities[j]
     scale = 100.0 if quantity.kind == PARAMETER else 1.0
-    middle = 0.5 * (monitor.start[:-1] + monitor.start[1:])
+    middle, is_date = 0.5 * (monitor.start[:-1] + monitor.start[1:]), are_dates(data.time)
     expected = scale * (levels.a[v, j] + levels.b[v, j] * mean_use(data, monitor, v, j, blocks))
     spread = scale * QUANTILE * np.nan_to_num(monitor.spread[:, v, j])
     value = scale * monitor.value[:, v, j]
 
     def draw(ax: Axes) -> None:
-        x = _axis(middle)
+        x = _axis(middle, is_date)
         ax.fill_between(x, expected - spread, expected + spread, color="#cfe3f1", lw=0, label="expected, 90 %")
         ax.plot(x, value, ".", color=BLUE, ms=5, label="blocks")
         if alarm.course is not None:
@@ -67,10 +68,10 @@ def history_picture(state: TypeState, alarm: Alarm) -> Picture:
             ramp = expected + scale * alarm.course.rate * np.maximum(middle - onset, 0.0)
             shown = middle <= alarm.raised
             ax.plot(np.array(x)[shown], ramp[shown], color=ORANGE, lw=1.2, label="course")
-            ends = _axis(np.array([alarm.course.onset_low, alarm.course.onset_high]))
+            ends = _axis(np.array([alarm.course.onset_low, alarm.course.onset_high]), is_date)
             ax.axvspan(ends[0], ends[1], color="#f7d9c4", alpha=0.5, lw=0, label="onset, 90 %")
-        ax.axvline(_axis(np.array([alarm.raised]))[0], color=GREY, lw=0.8, ls="--")
-        ax.set_xlabel(_axis_label(middle))
+        ax.axvline(_axis(np.array([alarm.raised]), is_date)[0], color=GREY, lw=0.8, ls="--")
+        ax.set_xlabel(_axis_label(is_date))
         ax.set_ylabel("% of nominal" if quantity.kind == PARAMETER else quantity.kind)
         ax.legend(fontsize=6, frameon=False, ncols=4, loc="upper left")
         ax.margins(y=0.25)
@@ -83,15 +84,15 @@ def section_picture(state: TypeState) -> Picture:
     """Draw the common error of the runs on each section over time."""
     data, monitor = state.data, state.monitor
     columns = [j for j, q in enumerate(data.quantities) if q.name.startswith("error at ")]
-    middle = 0.5 * (monitor.start[:-1] + monitor.start[1:])
+    middle, is_date = 0.5 * (monitor.start[:-1] + monitor.start[1:]), are_dates(data.time)
     colours = (BLUE, ORANGE, "#009e73", GREY, "#cc79a7", "#e69f00", "#56b4e9")
 
     def draw(ax: Axes) -> None:
         for s, name in enumerate(data.sections):
             common = monitor.cell_mean[:, s, columns]
             mean = np.array([np.nanmean(row) if np.any(np.isfinite(row)) else np.nan for row in common])
-            ax.plot(_axis(middle), mean, "-", lw=1.1, color=colours[s % len(colours)], label=name or "all")
-        ax.set_xlabel(_axis_label(middle))
+            ax.plot(_axis(middle, is_date), mean, "-", lw=1.1, color=colours[s % len(colours)], label=name or "all")
+        ax.set_xlabel(_axis_label(is_date))
         ax.set_ylabel("log error, common [1]")
         ax.legend(fontsize=6, frameon=False, ncols=6)
 
@@ -99,13 +100,13 @@ def section_picture(state: TypeState) -> Picture:
     return draw_picture(f"sections_{state.type.name}", alt, (7.2, 2.1), draw)
 
 
-def _axis_label(days: Any) -> str:
-    """Return the label of an axis of times [day]."""
-    return "time [days]" if len(days) and days[0] < FIRST_DATE else "date"
+def _axis_label(is_date: bool) -> str:
+    """Return the label of an axis of times."""
+    return "date" if is_date else "time [days]"
 
 
-def _axis(days: Any) -> list[Any]:
-    """Return dates, or numbers of days."""
-    if len(days) and days[0] < FIRST_DATE:
-        return [float(day) for day in days]
-    return [datetime.fromtimestamp(float(day) * SECONDS_PER_DAY, UTC) for day in days]
+def _axis(days: FloatArray, is_date: bool) -> list[Any]:
+    """Return times [day] as dates, or as numbers of days."""
+    if not is_date:
+        return list(days.tolist())
+    return [datetime.fromtimestamp(day * SECONDS_PER_DAY, UTC) for day in days.tolist()]

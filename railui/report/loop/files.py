@@ -30,7 +30,7 @@ class ForeignFilesError(ValueError):
 
 
 def check_directory(directory: Path) -> None:
-    """Raise ForeignFiles where a directory contains files that a loop did not write."""
+    """Raise ForeignFilesError where a directory contains files that a loop did not write."""
     if not directory.exists():
         return
     if not directory.is_dir():

@@ -97,7 +97,7 @@ def sentence(document: Document) -> str:
     """Return the selection in one sentence."""
     chosen = document["selected"]
     if chosen is None:
-        return "The budget allows for no sensor and two runs."
+        return "The budget does not cover one sensor and two runs."
     last = document["steps"][-1]
     found = sum(r["value"] is not None for r in document["detectable"])
     estimation = ", ".join(chosen["estimation"])
