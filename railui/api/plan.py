@@ -160,6 +160,21 @@ def read_plan_file(
     return file if budget is None else replace(file, budget=budget)
 
 
+def candidate_runs(
+    file: PlanFile,
+    speeds: Sequence[float],
+    tracks: Sequence[str | Path],
+    duration: float | None = None,
+    *,
+    seed: int | None = None,
+    sections: int = 1,
+) -> CandidateRuns:
+    """Return the runs that may be made; ValueError where fewer than two can be planned."""
+    from railui.planning import plan as planning
+
+    return planning.candidate_runs(file, speeds, tracks, duration or DURATION, seed, sections)
+
+
 def compute_plan(
     design: Design,
     file: PlanFile,
@@ -198,12 +213,11 @@ def plan_of(
 ) -> Plan:
     """Compute a plan; parameters, `options` and exceptions as `plan`."""
     from railui.io.units import read_speed
-    from railui.planning.plan import candidate_runs
 
     tracks = [track] if isinstance(track, str | Path) else list(track)
     grid = [read_speed(v) if isinstance(v, str) else float(v) for v in speeds]
     file = read_plan_file(design, sensors, noise, budget)
-    runs = candidate_runs(file, grid, tracks, duration, seed, sections)
+    runs = candidate_runs(file, grid, tracks, duration, seed=seed, sections=sections)
     return compute_plan(design, file, runs, seed=seed, **options)
 
 

@@ -108,17 +108,14 @@ def _plan_before(
     design: str, overrides: dict[str, str], candidates: Candidates, outputs: Outputs, call: Invocation
 ) -> None:
     """Plan before any measurement."""
-    from railui.api.plan import DURATION, compute_plan, read_plan_file
-    from railui.planning.plan import candidate_runs
+    from railui.api.plan import candidate_runs, compute_plan, read_plan_file
 
     loaded = load_design_argument(call, design, overrides)
     file = read_plan_file(loaded, str(candidates.sensors), candidates.noise, outputs.budget)
     call.warn(file.campaign.warnings)
-    duration = candidates.duration or DURATION
+    speeds, sections = candidates.speeds or [], candidates.sections
     with usage_errors():
-        runs = candidate_runs(
-            file, candidates.speeds or [], candidates.tracks, duration, call.seed, candidates.sections
-        )
+        runs = candidate_runs(file, speeds, candidates.tracks, candidates.duration, seed=call.seed, sections=sections)
     remedy = NOT_STORED if outputs.store is None else None
     cluster = None if outputs.scheduler is None else connect(outputs.scheduler, call, remedy)
     machine: dict[str, Any] = {"cluster": cluster, "jobs": call.jobs, "progress": StatusLine(call)}

@@ -28,7 +28,7 @@ from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.problem import FitSegment
 from railui.identification.prediction import required_steps
-from railui.identification.structure.candidates import Candidate, batch_candidates
+from railui.identification.structure.candidates import Candidate, batch_candidates, is_compatible
 from railui.identification.structure.score_test import output_differences
 from railui.vehicle.model import Model
 
@@ -135,10 +135,13 @@ def _solve(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _differences(context: Context, model: Model, target: FitSegment, candidates: Sequence[Candidate]) -> FloatArray:
-    """Output differences per amount [k, channel, n] in the order of the candidates; zero where not valid."""
+    """Output differences per amount [k, channel, n] in the order of the candidates; zero where not valid.
+
+    An effect that the model has already, which a loop of its vehicle added, is none that could appear.
+    """
     settings = context.settings.score_test
     series = np.zeros((len(candidates), *target.measured.shape))
-    for batch in batch_candidates(candidates):
+    for batch in batch_candidates([c for c in candidates if is_compatible(model, c)]):
         found, _ = output_differences(settings, model, target, batch)
         for lane, (member, _) in enumerate(batch.lanes):
             series[candidates.index(batch.members[member])] = found[lane]

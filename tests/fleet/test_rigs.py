@@ -204,20 +204,24 @@ def test_one_machine_with_numbered_runs_is_followed_without_metadata(tmp_path: P
     assert order.onset < first.raised < order.onset + 13
 
 
-def test_a_vehicle_with_the_effects_of_a_loop_is_followed_among_others(home: Path, tmp_path: Path) -> None:
-    """The second rig has a dry friction that its runs estimate too; the quantities are those of all rigs."""
+@pytest.mark.parametrize(
+    ("kind", "numbers"),
+    [("dry_friction", {"force": 0.5, "slip_speed": 1e-2}), ("free_play", {"half_width": 1e-6})],
+)
+def test_a_vehicle_with_the_effects_of_a_loop_is_followed_among_others(
+    home: Path, tmp_path: Path, kind: str, numbers: dict[str, float]
+) -> None:
+    """The second rig has an effect of a watched kind, which its runs estimate; quantities are those of all rigs."""
     design = load_fleet(home).types["rig"].campaign.design
-    calibrated = design.with_effects([PlacedEffect("dry_friction", "rig", None, {"force": 0.5, "slip_speed": 1e-2})])
-    names = ("vehicle.rig.stiffness", "effects.0.force")
-    adjustment = Adjustment("rig2", "0" * 64, names, ((1e6, 0.0), (0.0, 0.01)))
+    calibrated = design.with_effects([PlacedEffect(kind, "rig", None, numbers)])
+    names = ("vehicle.rig.stiffness", f"effects.0.{next(iter(numbers))}")
+    adjustment = Adjustment("rig2", "0" * 64, names, ((1e6, 0.0), (0.0, 1e-4)))
     (tmp_path / "loop").mkdir()
     save_design(replace(calibrated, adjustment=adjustment), tmp_path / "loop/adjusted.yaml")
     (tmp_path / "loop/loop.json").write_text("{}")
     shutil.copy(home / "rig.yaml", tmp_path)
     text = (home / "fleet.yaml").read_text().replace("index: runs.csv", f"index: {home / 'runs.csv'}")
-    text = text.replace("rig2: rig", "rig2: {type: rig, prior: loop}").replace(
-        "[free_play, dry_friction]", "[free_play]"
-    )
+    text = text.replace("rig2: rig", "rig2: {type: rig, prior: loop}")
     (tmp_path / "fleet.yaml").write_text(text)
     fleet = load_fleet(tmp_path)
     opened = FleetStore(tmp_path)

@@ -104,7 +104,7 @@ def list_candidates(
                 shapes = tuple(shape for s in shapes for shape in (s, s | {"phase": QUADRATURE}))
             for wheelset in numbers:
                 candidate = Candidate(kind, at, wheelset, shapes)
-                if _compatible(model, candidate):
+                if is_compatible(model, candidate):
                     candidates.append(candidate)
     return candidates
 
@@ -115,7 +115,7 @@ def driven_locations(segments: Sequence[Segment]) -> set[str]:
     return {at for s in segments for q, at in pairs if q in s.columns}
 
 
-def _compatible(model: Model, candidate: Candidate) -> bool:
+def is_compatible(model: Model, candidate: Candidate) -> bool:
     """True if the model has no such effect and none that supersedes the same element."""
     if any((e.kind, e.at, e.wheelset) == (candidate.kind, candidate.at, candidate.wheelset) for e in model.effects):
         return False
