@@ -120,11 +120,17 @@ class DaskRunner:
             pending[future] = number, killed
             future.add_done_callback(completed.put)
 
+        def submit_again() -> None:
+            for future, task in list(pending.items()):
+                future.cancel()
+                del pending[future]
+                submit(*task)
+
         for number in range(len(items)):
             submit(number)
         try:
             while pending:
-                future = self._next(completed)
+                future = self._next(completed, submit_again)
                 if future is None or future not in pending:
                     continue
                 number, killed = pending.pop(future)
@@ -149,15 +155,21 @@ class DaskRunner:
             for future in pending:
                 future.cancel()
 
-    def _next(self, completed: queue.SimpleQueue[Future[Any]]) -> Future[Any] | None:
-        """Return a completed future; None after a while without one, in which scheduler and workers are checked."""
+    def _next(self, completed: queue.SimpleQueue[Future[Any]], submit_again: Callable[[], None]) -> Future[Any] | None:
+        """Return a completed future; None after a while without one, in which scheduler and workers are checked.
+
+        submit_again: submits what is pending once more, so that a new worker may get it where others are refused.
+        """
         try:
             return completed.get(timeout=POLL_INTERVAL)
         except queue.Empty:
             if not self.is_connected():
                 raise self.lost_scheduler() from None
+            before = set(self.accepted_workers())
             self.update_workers()
             self._await_workers()
+            if self.has_refused_workers and not before.issuperset(self.accepted_workers()):
+                submit_again()
             return None
 
     # workers

@@ -16,7 +16,7 @@ from railui.execution.task_bundles import TaskBundle
 from railui.execution.tasks import environment_identity
 from railui.progress import SILENT
 
-MISMATCHED, GOOD = "tcp://mismatched", "tcp://good"
+MISMATCHED, GOOD, LATE = "tcp://mismatched", "tcp://good", "tcp://late"
 
 
 class FinishedFuture:
@@ -62,8 +62,13 @@ class Scheduler:
         return FinishedFuture(function(*arguments))
 
 
-def _runner(monkeypatch: pytest.MonkeyPatch, workers: Sequence[str], remedy: str = "repeat") -> DaskRunner:
-    monkeypatch.setattr(dask_cluster, "Client", lambda *_, **__: Scheduler(workers))
+def _runner(
+    monkeypatch: pytest.MonkeyPatch,
+    workers: Sequence[str],
+    remedy: str = "repeat",
+    client: type[Scheduler] = Scheduler,
+) -> DaskRunner:
+    monkeypatch.setattr(dask_cluster, "Client", lambda *_, **__: client(workers))
     monkeypatch.setattr(dask_cluster, "WORKER_TIMEOUT", 0.3)
     return DaskRunner("tcp://scheduler", SILENT, remedy)
 
@@ -72,6 +77,35 @@ def test_a_mapped_function_goes_on_without_a_mismatched_worker(monkeypatch: pyte
     runner = _runner(monkeypatch, [MISMATCHED, GOOD])
     assert sorted(runner.map(abs, [-1, -2, -3])) == [(0, 1), (1, 2), (2, 3)]
     assert runner.accepted_workers() == [GOOD]
+
+
+class ReplacedWorker(Scheduler):
+    """Scheduler whose good worker is lost with its task; another one joins."""
+
+    def scheduler_info(self, n_workers: int) -> dict[str, Any]:
+        if self.submissions > 1:
+            self.workers = [MISMATCHED, LATE]
+        return super().scheduler_info(n_workers)
+
+    def submit(self, function: Callable[..., Any], *arguments: Any, workers: Sequence[str] | None, **more: Any) -> Any:
+        if workers == [GOOD]:
+            self.submissions += 1
+            return LostFuture(None)
+        return super().submit(function, *arguments, workers=workers, **more)
+
+
+class LostFuture(FinishedFuture):
+    """Future that never finishes."""
+
+    def add_done_callback(self, callback: Callable[[FinishedFuture], None]) -> None:
+        """Nothing calls it."""
+
+
+def test_the_tasks_of_a_lost_worker_go_to_a_new_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    runner = _runner(monkeypatch, [MISMATCHED, GOOD], client=ReplacedWorker)
+    monkeypatch.setattr(dask_cluster, "POLL_INTERVAL", 0.01)
+    assert list(runner.map(abs, [-1])) == [(0, 1)]
+    assert runner.accepted_workers() == [LATE]
 
 
 def test_a_mapped_function_ends_where_all_workers_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
