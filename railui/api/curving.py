@@ -133,10 +133,12 @@ def _row(case: Mapping[str, Any]) -> dict[str, Any]:
 
 def compute_curve(design: Design, radii: float | Sequence[float], cant_deficiency: float = 0.0) -> Curve:
     """Compute the equilibria of a design at one radius or several; exceptions as `Design.curve`."""
+    import numpy as np
+
     from railui.curving import curves
 
-    is_single = isinstance(radii, int | float)
-    cases = curves(design, [float(radii)] if isinstance(radii, int | float) else list(radii), cant_deficiency)
+    is_single = np.ndim(radii) == 0
+    cases = curves(design, np.atleast_1d(np.asarray(radii, dtype=float)).tolist(), cant_deficiency)
     notes = list(dict.fromkeys(note for case in cases for note in case["notes"]))
     data = cases[0] if is_single else {"cases": cases, "notes": notes}
     return Curve(design, data, input_paths(design), context={"cant_deficiency": cant_deficiency})

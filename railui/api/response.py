@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -144,10 +144,17 @@ class Response(DesignResult):
         return f"linear response of {self.design.name} at {self.speed:g} m/s"
 
     def summary_rows(self) -> list[SummaryRow]:
-        """Return the least damped root and the rms of each channel."""
-        root = self.data["roots"][0]
-        rows = [SummaryRow("least damped root", f"{root['real']:.4f} + {root['imag']:.4f}j 1/s")]
+        """Return the root that decays most slowly and the rms of each channel."""
+        rows = [SummaryRow("slowest root", slowest_root(self.data))]
         return [*rows, *(SummaryRow(f"rms {name}", rms, self.units[name]) for name, rms in self.rms.items())]
+
+
+def slowest_root(data: Mapping[str, Any]) -> str:
+    """Return the root of a response that decays most slowly, constants left out, in words."""
+    from railui.vehicle.linear import MIN_ROOT
+
+    root = next(z for z in data["roots"] if abs(complex(z["real"], z["imag"])) >= MIN_ROOT)
+    return f"{root['real']:.4f} + {root['imag']:.4f}j 1/s"
 
 
 def compute_response(

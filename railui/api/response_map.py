@@ -120,7 +120,12 @@ def compute_map(
 
     case = case_of(design, [*axes[0].paths, *axes[1].paths], source, speed, radius, cant_deficiency)
     data = evaluate_map(design, *axes, of, case, evaluator)
-    context = {"track": None if source is None else source.name, "speed": speed}
+    context = {
+        "track": None if source is None else source.name,
+        "speed": speed,
+        "radius": radius,
+        "cant_deficiency": cant_deficiency,
+    }
     return ResponseMap(design, data, source_files(design, source), None if source is None else source.seed, context)
 
 

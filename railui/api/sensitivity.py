@@ -60,9 +60,10 @@ class Sensitivity(DesignResult):
     def largest(self, key: str, count: int | None = None) -> tuple[Mapping[str, Any], ...]:
         """Return the parameters with the largest changes of a result, all by default; those without a value last."""
 
-        def size(one: Mapping[str, Any]) -> float:
+        def size(one: Mapping[str, Any]) -> tuple[bool, float]:
             change = one["change"][key]
-            return -abs(change) if change == change else 0.0
+            is_missing = change != change
+            return is_missing, 0.0 if is_missing else -abs(change)
 
         return tuple(sorted(self.parameters, key=size)[:count])
 
@@ -128,7 +129,13 @@ def compute_sensitivity(
     first = sources[0]
     cases = [case_of(design, (), source, speed, radius, cant_deficiency) for source in sources]
     data = design_sensitivity(cases, keys, evaluate_in_process(jobs))
-    context = {"track": None if first is None else first.name, "speed": speed, "seeds": seeds}
+    context = {
+        "track": None if first is None else first.name,
+        "speed": speed,
+        "radius": radius,
+        "cant_deficiency": cant_deficiency,
+        "seeds": seeds,
+    }
     seed = None if first is None or seeds is not None else first.seed
     return Sensitivity(design, data, source_files(design, first), seed, context)
 

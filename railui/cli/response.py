@@ -79,13 +79,14 @@ def command(
 
 def _table(result: Mapping[str, Any]) -> Any:
     """Return rms and the largest magnitude of each transfer function with its frequency."""
+    from railui.api.response import slowest_root
+
     rows = []
     for name, channel in result["channels"].items():
         rms = format_cell(result["stationary"][name]["rms"]) if result["stationary"] else "-"
         rows.append((name, channel["unit"], rms, *(_peak(result, name, key) for key in result["irregularities"])))
     columns = ("channel", "unit", "rms", *(f"largest from {key}" for key in result["irregularities"]))
-    root = result["roots"][0]
-    caption = [f"least damped root {root['real']:.4f} + {root['imag']:.4f}j 1/s", *result["notes"]]
+    caption = [f"slowest root {slowest_root(result)}", *result["notes"]]
     return make_table(columns, rows, title=_title(result), caption="\n".join(caption))
 
 

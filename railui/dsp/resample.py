@@ -23,7 +23,7 @@ def interpolate_band_limited(start: float, dt: float, x: FloatArray, at: FloatAr
     x
         Values [n].
     at
-        Instants between the first and the last sample [m].
+        Instants between the first and the last sample [s].
 
     References
     ----------

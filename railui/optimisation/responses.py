@@ -22,7 +22,7 @@ from railui.running_stability.critical_speed import critical_speeds, linear_stab
 from railui.running_stability.limit_cycles import nonlinear_critical_speeds
 from railui.running_stability.summary import DEFAULT_SPEEDS, practical_critical_speed
 from railui.track.excitation import Excitation
-from railui.vehicle.linear import damping_ratio, eigenvalues
+from railui.vehicle.linear import eigenvalues, least_damping
 from railui.vehicle.model import Model
 
 Analysis = Callable[[Case, FloatArray, Collection[str], int], "Responses"]
@@ -232,7 +232,7 @@ def linear_damping(model: Model, rows: FloatArray, speed: float) -> FloatArray:
     >>> round(float(linear_damping(model, model.row[None], 60.0)[0]), 4)  # 0.34808/abs(0.34808 + 30.17447j)
     0.0115
     """
-    return np.asarray(damping_ratio(eigenvalues(model, rows, np.full(len(rows), speed))).min(axis=1))
+    return least_damping(eigenvalues(model, rows, np.full(len(rows), speed)))
 
 
 def curve_responses(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:

@@ -269,12 +269,12 @@ def _key(row: Mapping[str, Any]) -> tuple[str, str, int | None]:
 
 def _parameters(plan: Plan, chosen: Expectation, alone: Sequence[Expectation]) -> list[dict[str, Any]]:
     """Standard deviation of every estimate; priors included, whose own deviation says what the data add."""
-    free, parameters = plan.information.free, plan.file.campaign.design.parameters
+    free, design = plan.information.free, plan.file.campaign.design
     return [
         {
             "path": path,
             "value": float(free.prior[i]),
-            "unit": parameters[path].unit,
+            "unit": design.unit(path),
             "sd": float(chosen.parameter_sd[i]),
             "prior_sd": float(free.prior_sd[i]) if np.isfinite(free.prior_sd[i]) else None,
             "with_everything": float(plan.everything.parameter_sd[i]),

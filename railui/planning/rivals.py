@@ -21,6 +21,7 @@ from railui.planning.vuong import vuong_statistic
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.load_states import STATE_PATH
 from railui.vehicle.model import Model
+from railui.vehicle.sampling import covariance_root
 
 MAX_WEAK_EFFECTS = 2
 
@@ -56,9 +57,8 @@ class RivalModel:
 
     @cached_property
     def deviations(self) -> FloatArray:
-        """Principal axes [p, k] of the covariance, each as long as its standard deviation."""
-        values, vectors = np.linalg.eigh(self.covariance)
-        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+        """Principal axes [p, k] of the correlations, in standard deviations: a root of the covariance."""
+        return covariance_root(self.covariance)
 
     def values(self) -> FloatArray:
         """Estimates [p]."""
@@ -120,9 +120,13 @@ def _misfits(fit: Fit) -> FloatArray:
 
 
 def _of_fit(candidate: Candidate | None, fit: Fit, z: float) -> RivalModel:
+    return RivalModel(candidate, fit.model, *_shared_estimates(fit), z)
+
+
+def _shared_estimates(fit: Fit) -> tuple[tuple[str, ...], FloatArray]:
+    """Return paths [p] and covariance [p, p] of the estimates but for those of a single run, such as a phase."""
     shared = [i for i, p in enumerate(fit.free.paths) if "@" not in p]
-    paths = tuple(fit.free.paths[i] for i in shared)
-    return RivalModel(candidate, fit.model, paths, fit.covariance[np.ix_(shared, shared)], z)
+    return tuple(fit.free.paths[i] for i in shared), fit.covariance[np.ix_(shared, shared)]
 
 
 def _last_step(result: LoopResult) -> SelectionStep | None:
@@ -162,7 +166,7 @@ def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSett
             effect = c.effect_with(c.scale_force(c.shapes[s.shape], s.amount))
             x = np.clip(fit.x - s.amount * s.absorbed, fit.free.low, fit.free.high)
             shifted = fit.model.with_path_values(fit.free.paths, x)
-            found.append(RivalModel(c, shifted.with_effect(effect), fit.free.paths, fit.covariance, -abs(s.z)))
+            found.append(RivalModel(c, shifted.with_effect(effect), *_shared_estimates(fit), -abs(s.z)))
     return found
 
 

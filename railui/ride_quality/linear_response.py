@@ -23,7 +23,7 @@ from railui.track.density import TrackDensity, track_density
 from railui.track.excitation import resolve_track
 from railui.track.input_table import IRREGULARITIES
 from railui.vehicle.channels import channel_unit, check_channels
-from railui.vehicle.linear import linear_effects
+from railui.vehicle.linear import MIN_ROOT, linear_effects
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.transfer import LinearVehicle, acting_inputs, linearise
@@ -38,7 +38,6 @@ RESONANCE_DISTANCES: Final = (-16.0, -8.0, -4.0, -2.0, -1.0, 0.0, 1.0, 2.0, 4.0,
 POINTS_PER_PANEL: Final = 8  # of Gauss's quadrature
 CORNERS: Final = (1.0, 2.0, 80.0)  # Hz, of the weighting of the 1970s
 MIN_DECAY: Final = 1e-9  # 1/s: an oscillation that decays more slowly has no stationary response
-MIN_ROOT: Final = 1e-6  # 1/s: a smaller root is a constant, which the band of a track does not excite
 
 
 def default_channels(model: Model) -> list[str]:
@@ -46,8 +45,14 @@ def default_channels(model: Model) -> list[str]:
     names = model.vehicles().channel_names(model.single_batch())
     numbered = [name for name in names if "." not in name and name.rstrip("0123456789") in ("e", "ay", "psi", "d")]
     order = {key: i for i, key in enumerate(("e", "ay", "d", "psi"))}
-    numbered.sort(key=lambda name: (order[name.rstrip("0123456789")], name))
+    numbered.sort(key=lambda name: (order[name.rstrip("0123456789")], len(name), name))
     return [*numbered, *(name for name in ("ayf", "rf") if name in names), *_floors(model)]
+
+
+def _felt(model: Model) -> tuple[str, ...]:
+    """Return the acceleration channels of comfort; empty for a vehicle without a body above its wheelsets."""
+    names = model.vehicles().channel_names(model.single_batch())
+    return tuple(name for name in felt_acceleration(model) if name in names)
 
 
 def _floors(model: Model) -> list[str]:
@@ -115,7 +120,7 @@ def response(
     check_channels(model, names)
     if not 0 < speed < np.inf:
         raise ValueError(f"speed must be positive: {speed:g} m/s")
-    felt, guided = felt_acceleration(model), [f"e{i + 1}" for i in range(len(model.wheelset_distances()))]
+    felt, guided = _felt(model), [f"e{i + 1}" for i in range(len(model.wheelset_distances()))]
     vehicle = linearise(model, speed, list(dict.fromkeys([*names, *felt, *guided])))
     grid = default_frequencies(vehicle) if frequencies is None else np.asarray(frequencies, dtype=float)
     if not (len(grid) and np.all(grid > 0) and np.all(np.isfinite(grid))):
@@ -124,6 +129,7 @@ def response(
     is_stable = bool(np.all((roots.real < -MIN_DECAY) | (np.abs(roots) < MIN_ROOT)))
     source = None if track is None else resolve_track(track, seed)
     curves = [CURVES_NOTE] if source is not None and source.track.has_curves else []
+    comfort = [] if felt or source is None else ["ride: null, no acceleration is simulated above the wheelsets"]
     transfer = vehicle.transfer(grid)
     result: dict[str, Any] = {
         "speed": speed,
@@ -137,7 +143,7 @@ def response(
         "stationary": None,
         "ride": None,
         "density": None,
-        "notes": [*curves, *_notes(model), *_stability_note(is_stable, roots[0], source is not None)],
+        "notes": [*curves, *comfort, *_notes(model), *_stability_note(is_stable, roots[0], source is not None)],
     }
     if source is not None and is_stable:
         density = track_density(source)
@@ -198,7 +204,7 @@ def _stationary(
     stationary = {
         name: {"rms": float(np.sqrt(variance[k])), "psd": psd[:, k]} for name, k in zip(names, order, strict=True)
     }
-    return {"stationary": stationary, "ride": _ride(model, vehicle, density, variance)}
+    return {"stationary": stationary, "ride": _ride(model, vehicle, density, variance) if _felt(model) else None}
 
 
 def output_density(transfer: ComplexArray, density: TrackDensity, frequency: FloatArray, speed: float) -> FloatArray:
@@ -257,7 +263,7 @@ def _panel_edges(vehicle: LinearVehicle, density: TrackDensity) -> FloatArray:
 
 def _ride(model: Model, vehicle: LinearVehicle, density: TrackDensity, variance: FloatArray) -> dict[str, Any]:
     """Return the keys of a ride that follow from the stationary response; of several floor points the worst."""
-    felt = felt_acceleration(model)
+    felt = _felt(model)
     point = comfort_point_transfer(riding_of_row(model, model.row), transfer=felt == ("ayf",))
     order = [vehicle.channels.index(name) for name in felt]
 

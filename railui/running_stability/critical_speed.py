@@ -10,7 +10,7 @@ import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.contact.conicity import klingel_wavelength
-from railui.vehicle.linear import damping_ratio, eigenvalues
+from railui.vehicle.linear import eigenvalues, least_damping
 from railui.vehicle.model import Model
 from railui.vehicle.parameter import split_path
 from railui.vehicle.sampling import ParameterisedModel, draw_deviations
@@ -160,11 +160,11 @@ def linear_stability_many(model: Model, rows: FloatArray, speeds: Sequence[float
     0.0115
     """
     critical = critical_speeds(model, rows, max(speeds))
-    damping = [damping_ratio(eigenvalues(model, rows, np.full(len(rows), v))) for v in speeds]
+    damping = [least_damping(eigenvalues(model, rows, np.full(len(rows), v))) for v in speeds]
     return {
         "linear_critical_speed": np.array([np.inf if c is None else c.speed for c in critical]),
         "linear_critical_frequency": np.array([np.nan if c is None else c.frequency for c in critical]),
-        "linear_damping": np.min(damping, axis=(0, 2)),
+        "linear_damping": np.min(damping, axis=0),
         "klingel_wavelength": np.array([klingel_wavelength_of(model, row) or np.nan for row in rows]),
     }
 

@@ -21,7 +21,7 @@ from railui.running_stability.limit_cycles import LimitCycles, find_limit_cycles
 from railui.running_stability.modes import modes_at_speeds
 from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.design_reader import Design
-from railui.vehicle.linear import linear_effects, state_matrices
+from railui.vehicle.linear import least_damping, linear_effects, state_matrices
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import resolve_model
 
@@ -102,7 +102,7 @@ def stability(
         "linear_critical_speed_sd": critical_speed_sd(model, 2.0 * grid[-1]) if linear else None,
         "linear_critical_frequency": None if linear is None else linear.frequency,
         "rest_critical_speed": None if rest is None else rest.speed,
-        "linear_damping": min(mode["damping"] for mode in modes),
+        "linear_damping": float(least_damping(np.array([complex(mode["real"], mode["imag"]) for mode in modes]))),
         "klingel_wavelength": klingel_wavelength_of(model, model.row),
         "fold_speed": None,
         "fold": None,
@@ -146,7 +146,7 @@ def _linear_notes(model: Model, linear: CriticalSpeed | None, rest: CriticalSpee
 
 def _fold_notes(cycles: LimitCycles, highest: float) -> list[str]:
     if cycles.critical_speed is None:
-        return [f"fold_speed: none, nothing hunts up to {highest:g} m/s"]
+        return [f"fold_speed: none, no steady hunting from flange to flange up to {highest:g} m/s"]
     if not cycles.is_subcritical:
         return ["fold_speed: below it hunting no longer reaches the flanges; its amplitude decreases without a jump"]
     return []

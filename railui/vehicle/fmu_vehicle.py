@@ -75,7 +75,7 @@ def fmu_vehicle(model: Model, speed: float, channels: Sequence[str]) -> FmuVehic
     ValueError
         For a wheelset without a vehicle.
     """
-    if model.design.kind == "wheelset":
+    if len(model.wheelset_distances()) == 1:
         raise ValueError(f"{model.design.name} is one wheelset: an FMU needs a bogie or a vehicle of bodies")
     vehicles, batch = model.vehicles(), model.single_batch()
     dofs = vehicles.degrees_of_freedom(batch)
@@ -103,12 +103,19 @@ def fmu_vehicle(model: Model, speed: float, channels: Sequence[str]) -> FmuVehic
 
 
 def _parameters(model: Model) -> tuple[Variable, ...]:
-    """Return the numbers of the vehicle and of its effects, as far as a file may set them."""
+    """Return the numbers of the vehicle and of its effects; the points of force curves keep theirs."""
     found = []
     for path, column in model.columns.items():
+        if is_curve_point(path):
+            continue
         record = model.design.parameter(path)
         found.append(Variable(path, record.unit, record.caption, float(model.row[column])))
     return tuple(found)
+
+
+def is_curve_point(path: str) -> bool:
+    """True for a point of a force curve, such as effects.0.force.3."""
+    return path.startswith("effects.") and path.count(".") > 2
 
 
 def _distances(model: Model) -> list[list[tuple[float, int]]]:

@@ -17,6 +17,7 @@ from railui.vehicle.model import Model
 STRAIGHT_TRACK: Final = TrackSource(Track(np.arange(4.0), np.zeros(4)), "straight and level")
 # m, rad, m/s at which the linearity of a law is tested; 0.1 m would derail
 AMPLITUDES: Final = (1e-5, 1e-4, 1e-3, 1e-2, 4e-2)
+MIN_ROOT: Final = 1e-6  # 1/s: a smaller root is a constant, which the band of a track does not excite
 LINEARITY_TOLERANCE: Final = 1e-8  # relative to the largest derivative
 MAX_CACHED_MODELS: Final = 256
 _LINEAR_EFFECTS: Final = IdentityCache[tuple[bool, ...]](MAX_CACHED_MODELS)
@@ -110,6 +111,17 @@ def eigenvalues(model: Model, rows: FloatArray, speeds: FloatArray, *, at_rest: 
         vehicles, batch = _at_speeds(model, rows, speeds, at_rest)
         return vehicles.eigenvalues(batch, 1.0)
     return matrix_eigenvalues(state_matrices(model, rows, speeds, at_rest=at_rest))
+
+
+def least_damping(roots: ComplexArray) -> FloatArray:
+    """Return the damping ratio [...] of the least damped of roots [..., root], but for constants.
+
+    A law with memory adds a root at zero, whose ratio is rounding.
+
+    >>> least_damping(np.array([-1.0 + 1.0j, -2.0 + 0.0j, 1e-13 + 0.0j])).round(4)
+    np.float64(0.7071)
+    """
+    return np.asarray(np.where(np.abs(roots) < MIN_ROOT, np.inf, damping_ratio(roots)).min(axis=-1))[()]
 
 
 def damping_ratio(roots: ComplexArray) -> FloatArray:

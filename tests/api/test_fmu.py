@@ -25,6 +25,12 @@ EFFECTS = [
     {"kind": "free_play", "at": "primary_lateral", "half_width": "0.4 mm"},
     {"kind": "maxwell_damper", "at": "secondary_yaw", "stiffness": "3 MN*m/rad", "damping": "200 kN*m*s/rad"},
     {"kind": "flange_contact", "at": "contact", "clearance": "3 mm", "stiffness": "50 MN/m"},
+    {
+        "kind": "measured_force",
+        "at": "secondary_lateral",
+        "motion": ["-5 mm", "0 mm", "5 mm"],
+        "force": ["2 kN", "0 N", "-1 kN"],
+    },
     {"kind": "run_out", "at": "wheelset", "wheelset": 1, "force": "2 kN", "rolling_radius": "0.46 m"},
 ]
 

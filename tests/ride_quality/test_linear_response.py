@@ -167,6 +167,12 @@ def test_a_force_with_memory_has_a_constant_root_and_still_a_stationary_response
     assert rms[0] == pytest.approx(rms[1], rel=1e-6)
 
 
+def test_a_wheelset_on_rollers_has_a_response_without_a_ride() -> None:
+    result = response(ROOT / "designs/roller_rig.yaml", 20.0, "erri_b176_low", ["e1"])
+    assert result["stationary"]["e1"]["rms"] > 0
+    assert result["ride"] is None and any("above the wheelsets" in note for note in result["notes"])
+
+
 def test_the_excitation_by_a_wheel_that_is_out_of_round_is_noted_as_left_out(tmp_path: Path) -> None:
     path = tmp_path / "bogie.yaml"
     path.write_text(CHECK_BOGIE.read_text("utf-8") + "\neffects:\n  - {kind: run_out, at: wheelset}\n")

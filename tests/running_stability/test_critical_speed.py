@@ -30,6 +30,16 @@ def with_effects(*effects: PlacedEffect, base: Design = CHECK) -> Model:
     return Model(base.with_effects(effects))
 
 
+def test_the_constant_root_of_a_law_with_memory_does_not_decide_on_the_damping() -> None:
+    """Hysteresis below its yield force is a spring, with a root at zero beside."""
+    kinds = ("hysteresis", {"stiffness": 4e5, "yield": 1e5}), ("spring", {"stiffness": 4e5})
+    models = [with_effects(PlacedEffect(kind, "secondary_lateral", None, numbers)) for kind, numbers in kinds]
+    search = [linear_stability_many(m, m.row[None], [20.0, 40.0])["linear_damping"][0] for m in models]
+    single = [stability(m, [20.0, 40.0])["linear_damping"] for m in models]
+    assert search[0] == pytest.approx(search[1], rel=1e-6) and search[1] > 0.01
+    assert single == pytest.approx(search, rel=1e-9)
+
+
 def wheelset_on_springs(
     m: float, i: float, f11: float, f22: float, b: float, lam: float, r: float, s_y: float, s_psi: float
 ) -> tuple[float, float]:

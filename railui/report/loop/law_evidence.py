@@ -14,6 +14,7 @@ from railui.identification.unmodelled.nonparametric import estimate_force_points
 from railui.report.loop.force_evaluation import EvaluationWindow
 from railui.report.numbers import CONFIDENCE_FACTOR
 from railui.vehicle.model import Model
+from railui.vehicle.sampling import covariance_root
 
 DRAWS, SEED = 40, 5  # of the estimated parameters
 MAX_SAMPLES = 100_000  # of a segment, beyond which no band is computed
@@ -79,12 +80,10 @@ def law_evidence(
 def force_band(evaluation: EvaluationWindow, force_of: Callable[[Model], FloatArray]) -> FloatArray | None:
     """Return half of the 95 % band [n] of a force over the covariance of the estimated parameters; None: unknown."""
     fit = evaluation.result.after
-    covariance = 0.5 * (fit.covariance + fit.covariance.T)
-    if not np.all(np.isfinite(covariance)):
+    if not np.all(np.isfinite(fit.covariance)):
         return None
-    values, vectors = np.linalg.eigh(covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    steps = root @ np.random.default_rng(SEED).standard_normal((len(values), DRAWS))
+    root = covariance_root(fit.covariance)
+    steps = root @ np.random.default_rng(SEED).standard_normal((len(root), DRAWS))
     forces = []
     for step in steps.T:
         x = np.clip(fit.x + step, fit.free.low, fit.free.high)
