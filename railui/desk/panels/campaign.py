@@ -243,7 +243,6 @@ class CampaignPanel(LoopPanel):
             self.notify(str(error), severity="error")
             return
         self.notify(f"writing {directory}")
-        self.writing = entry
         lines = list(entry.history.lines)
         BackgroundJob(self, "write", lambda job: write_report(finished, directory, lines))
 
