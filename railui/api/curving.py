@@ -93,7 +93,7 @@ class Curve(DesignResult):
         def draw(on: Axes) -> None:
             draw_curve_panel(on, self.cases, key)
             on.set_xlabel("radius [m]")
-            if key != "wear_number":
+            if on.get_legend_handles_labels()[0]:
                 on.legend(frameon=False, fontsize=8)
 
         return draw_on(ax, draw)

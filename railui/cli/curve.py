@@ -60,14 +60,14 @@ def command(
     if figure is not None and (radius is not None or len(radii or ()) < 2):
         raise usage_error("--figure draws against the radius: give --radii")
     result = compute_curve(load_design_argument(call, design, overrides), given, cant_deficiency)
+    rows = [(f"{case['radius']:g}", *_values(case)) for case in result.cases]
+    call.show(make_table(COLUMNS, rows, caption="\n".join(result.notes)))
+    call.write_json(call.document("curve", result.body(), [design]))
     if figure is not None:
         from railui.report.figures.stability import draw_curves
 
         draw_curves(result.cases, figure)
         call.info(f"wrote {figure}")
-    rows = [(f"{case['radius']:g}", *_values(case)) for case in result.cases]
-    call.show(make_table(COLUMNS, rows, caption="\n".join(result.notes)))
-    call.write_json(call.document("curve", result.body(), [design]))
 
 
 def _values(case: Mapping[str, Any]) -> list[str]:

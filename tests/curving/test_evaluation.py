@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from railui.cli import cli
 from railui.curving import curve, curve_many, curves
 from railui.curving.equilibrium import solve_equilibria
+from railui.report.figures.stability import draw_curves
 from railui.ride_quality.running_safety import NO_FRICTION_NOTE
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import PlacedEffect
@@ -224,3 +225,9 @@ def test_the_command_writes_all_keys_and_cases(tmp_path: Path) -> None:
     assert [c["radius"] for c in json.loads((tmp_path / "c.json").read_text())["cases"]] == [300, 400, 500, 600]
     for wrong in ([], ["--radius", "0"], ["--radius", "300 s"], ["--radius", "3", "--radii", "3:4"]):
         assert CliRunner().invoke(cli, ["curve", design, *wrong]).exit_code == 2
+
+
+def test_curves_without_an_equilibrium_are_drawn_as_such(tmp_path: Path) -> None:
+    keys = ("displacement", "angle_of_attack", "guiding_force", "wear_number")
+    draw_curves([{"radius": radius} | dict.fromkeys(keys) for radius in (20.0, 30.0)], tmp_path / "c.svg")
+    assert (tmp_path / "c.svg").read_text().count("no equilibrium") == len(keys)

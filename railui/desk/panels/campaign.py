@@ -19,7 +19,7 @@ from railui.desk.panels.loop_view import LoopView
 from railui.desk.panels.result_pages import ResultTabs
 from railui.desk.panels.verdict_page import VerdictPage
 from railui.desk.presenters.campaign_list import CampaignEntry, campaign_columns
-from railui.desk.presenters.loop_text import hunting_note, identifiability_summary, runs_text
+from railui.desk.presenters.loop_text import identifiability_summary, multiple_shooting_note, runs_text
 from railui.desk.presenters.verdict_rows import ranking_count
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.services.loop_job import write_report
@@ -195,7 +195,7 @@ class CampaignPanel(LoopPanel):
         verdict = self.query_one("#verdict", Static)
         if self.finished is not None:
             report = self.finished.report
-            verdict.update(Text(f"{report['sentence']} {hunting_note(report)}".strip()))
+            verdict.update(Text(f"{report['sentence']} {multiple_shooting_note(report)}".strip()))
             keys = f"{self.finished.result.seconds:.0f} s · t takes the design · w writes the report"
             set_titles(verdict, f"Verdict · {identifiability_summary(report)}", keys)
             return
@@ -243,7 +243,6 @@ class CampaignPanel(LoopPanel):
             self.notify(str(error), severity="error")
             return
         self.notify(f"writing {directory}")
-        self.writing = entry
         lines = list(entry.history.lines)
         BackgroundJob(self, "write", lambda job: write_report(finished, directory, lines))
 

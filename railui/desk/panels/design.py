@@ -16,7 +16,7 @@ from textual.message import Message
 from railui.desk.messages import DesignsEvaluated, JobFailed
 from railui.desk.panels.common import COPY, VIEW, set_titles
 from railui.desk.panels.design_help import DESIGN_HELP
-from railui.desk.panels.profile_changes import ContactComputed, ProfileChanges
+from railui.desk.panels.profile_changes import ContactComputed
 from railui.desk.panels.saving import DesignSaver
 from railui.desk.panels.shelving_panel import ShelvingPanel
 from railui.desk.presenters.choices import effect_choices, effect_of_choice
@@ -66,7 +66,6 @@ class DesignPanel(ShelvingPanel):
         self.first_conditions = RunConditions()  # of the first design
         self.speed_unit = "m/s"  # in which the speed is shown
         self.result_runner = LatestJobRunner(self, "results")
-        self.profile_changes = ProfileChanges(self)
 
     def compose(self) -> ComposeResult:
         with Horizontal():
@@ -154,6 +153,8 @@ class DesignPanel(ShelvingPanel):
     @on(Form.ResetRequested)
     def _on_reset_requested(self, event: Form.ResetRequested) -> None:
         if self.draft is not None and event.path not in CONDITION_PATHS:
+            if self.profile_changes.latest(event.path) is not None:
+                self.profile_changes.cancel()
             self.draft.reset(event.path)
             self.update_design()
 
@@ -217,6 +218,7 @@ class DesignPanel(ShelvingPanel):
         self.update_design()
 
     def action_redo(self) -> None:
+        self.profile_changes.cancel()
         description = self.draft.redo() if self.draft else None
         self.notify(f"redone: {description}" if description else "nothing to redo", timeout=2)
         self.update_design()
@@ -235,6 +237,7 @@ class DesignPanel(ShelvingPanel):
 
     def action_swap(self) -> None:
         if self.draft is not None:
+            self.profile_changes.cancel()
             self.draft.swap_with_base()
             self.update_design()
 

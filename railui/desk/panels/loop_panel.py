@@ -13,12 +13,12 @@ from railui.campaign.campaign import Campaign, load_campaign
 from railui.desk.messages import JobDone, JobFailed, PartChanged, ProgressEvent, ProgressMessage
 from railui.desk.panels.common import JobPanel
 from railui.desk.panels.correcting import DataCorrector
-from railui.desk.presenters.campaign_list import CampaignEntry
+from railui.desk.presenters.campaign_list import CampaignEntry, LoopOptions
 from railui.desk.presenters.loop_history import LoopHistory
 from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
 from railui.desk.services.loop_computation import StoppedLoop
-from railui.desk.services.loop_job import DataChecked, DataUnreadable, check_campaign, run_loop
+from railui.desk.services.loop_job import DataChecked, DataUnreadable, ReportWritten, check_campaign, run_loop
 from railui.desk.services.verdict_file import StoredVerdict
 from railui.desk.widgets.dialogs import QuestionDialog
 
@@ -26,8 +26,7 @@ from railui.desk.widgets.dialogs import QuestionDialog
 class LoopPanel(JobPanel):
     """Panel with campaigns and their loops.
 
-    entries: all campaigns; entry: the one that is shown; running: the one whose loop runs; writing: the one whose
-    report is written.
+    entries: all campaigns; entry: the one that is shown; running: the one whose loop runs.
     """
 
     def __init__(self, *, id: str | None = None) -> None:
@@ -35,7 +34,6 @@ class LoopPanel(JobPanel):
         self.entries: list[CampaignEntry] = []
         self.entry: CampaignEntry | None = None
         self.running: CampaignEntry | None = None
-        self.writing: CampaignEntry | None = None
         self.check_runner = LatestJobRunner(self, "data checks")
         self._no_history = LoopHistory()
 
@@ -149,7 +147,7 @@ class LoopPanel(JobPanel):
 
     def action_stop(self) -> None:
         for entry in self.entries:
-            entry.is_waiting = False
+            entry.is_waiting, entry.options = False, LoopOptions()
         super().action_stop()
         self.show_list()
 
@@ -166,11 +164,12 @@ class LoopPanel(JobPanel):
             Make the corrections that the data decide; go on in spite of serious faults.
         """
         if self.job is not None:
-            entry.is_waiting = True
+            entry.is_waiting, entry.options = True, LoopOptions(campaign, correct, accept)
             self.show_list()
             return
         used, last = campaign or entry.campaign, entry.history
         entry.is_written = entry.is_waiting = False
+        entry.options = LoopOptions()
         entry.history = LoopHistory(entry.campaign)
         entry.history.dataset, entry.history.findings = last.dataset, last.findings
         entry.history.diagnosis = last.diagnosis
@@ -181,7 +180,8 @@ class LoopPanel(JobPanel):
     def _start_waiting(self) -> None:
         waiting = next((entry for entry in self.entries if entry.is_waiting), None)
         if self.job is None and waiting is not None:
-            self.start(waiting)
+            options = waiting.options
+            self.start(waiting, options.campaign, correct=options.correct, accept=options.accept)
         self.show_list()
 
     # corrections
@@ -238,13 +238,16 @@ class LoopPanel(JobPanel):
 
     @on(ProgressMessage)
     def _on_line(self, message: ProgressMessage) -> None:
-        if message.name == "write":
-            if self.writing is not None:
-                self.writing.is_written = True
-            self.notify(message.text, timeout=6)
-        elif self.running is not None:
+        if self.running is not None:
             self.running.history.lines.append(message.text)
             self.show_status()
+
+    @on(ReportWritten)
+    def _on_written(self, message: ReportWritten) -> None:
+        for entry in self.entries:
+            if entry.history.finished is message.finished:  # it may be another one since, or none
+                entry.is_written = True
+        self.notify(message.text, timeout=6)
 
     @on(JobDone)
     def _on_done(self, message: JobDone) -> None:

@@ -32,6 +32,7 @@ from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.plot_data import PlotData
 from railui.desk.widgets.table import Table
+from railui.track.excitation import is_track_file
 from railui.vehicle.design_reader import Design
 
 NO_PLOT = PlotData(Axis(""), Axis(""), placeholder="s starts the search")
@@ -236,7 +237,8 @@ class SearchView(Vertical):
         self.fresh_text = fresh_text(history, event.index)
         self._show_status()
         plan = history.plan
-        conditions = RunConditions(f"{plan.track} seed={plan.seeds.split(',')[0].strip()}", plan.speed)
+        seed = "" if is_track_file(plan.track) else f" seed={plan.seeds.split(',')[0].strip()}"
+        conditions = RunConditions(f"{plan.track}{seed}", plan.speed)
         self.result_runner.submit(partial(_evaluate_selected, plan.design, values, conditions, self.nominal))
 
     @on(DesignsEvaluated)

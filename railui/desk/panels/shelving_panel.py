@@ -9,6 +9,7 @@ from textual.binding import Binding
 
 from railui.desk.editing import edit_file, show_problems
 from railui.desk.panels.paged_panel import PagedPanel
+from railui.desk.panels.profile_changes import ProfileChanges
 from railui.desk.panels.shelf_page import ShelfPage
 from railui.desk.state.draft import Draft
 from railui.desk.state.shelf import ShelfFullError
@@ -26,6 +27,7 @@ class ShelvingPanel(PagedPanel):
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
         self.draft: Draft | None = None
+        self.profile_changes = ProfileChanges(self)
 
     def update_design(self) -> None:
         """Show the design in the form and evaluate it."""
@@ -50,6 +52,7 @@ class ShelvingPanel(PagedPanel):
         except FileProblems as error:
             show_problems(self.app, draft.path, error, lambda: self._read_edited(draft))
             return
+        self.profile_changes.cancel()
         self.update_design()
 
     def action_keep(self) -> None:
@@ -70,6 +73,7 @@ class ShelvingPanel(PagedPanel):
     def _on_taken(self, event: ShelfPage.Taken) -> None:
         """Edit a design of the shelf, compared with another; undo returns to the design before."""
         if self.draft is not None:
+            self.profile_changes.cancel()
             self.draft.take(event.item.design, event.base, f"design {event.item.letter} of the shelf")
             self.update_design()
             self.notify(f"design {event.item.letter} is in the form; ctrl+z returns to the one before", timeout=3)

@@ -48,8 +48,9 @@ COLUMNS = (("track-line", "yw", "mm"), ("track-cross", "phiw", "mrad"), ("track-
 class TrackAssessed(Message):
     """Assessment of a track by a vehicle: see `railui.ride_quality.track_assessment`."""
 
-    def __init__(self, vehicle: str, result: dict[str, Any]) -> None:
+    def __init__(self, track: str, vehicle: str, result: dict[str, Any]) -> None:
         super().__init__()
+        self.track = track
         self.vehicle = vehicle
         self.result = result
 
@@ -91,6 +92,7 @@ worst): maintenance should improve the vehicle response rather than the geometry
     def __init__(self, *, id: str | None = None) -> None:
         super().__init__(id=id)
         self.track_name = ""
+        self.is_chosen_here = False  # and not the track of the form
         self.analysis: TrackAnalysis | None = None
         self.analysis_runner = LatestJobRunner(self, "analysis")
         self.assessment_runner = LatestJobRunner(self, "assessment")
@@ -113,7 +115,9 @@ worst): maintenance should improve the vehicle response rather than the geometry
         """Show a track unless another one was chosen here, assessed by a design at a speed [m/s]."""
         has_changed = vehicle != self.vehicle
         self.vehicle = vehicle
-        if not self.track_name:
+        if track == self.track_name:
+            self.is_chosen_here = False  # the form has it too
+        if track != self.track_name and not self.is_chosen_here:
             self.analyse(track)
         elif has_changed:
             self._assess()
@@ -121,6 +125,10 @@ worst): maintenance should improve the vehicle response rather than the geometry
     def analyse(self, track: str) -> None:
         """Analyse and assess a track on a thread."""
         self.track_name = track
+        self.assessment = None
+        bars = self.query_one("#sections", Bars)
+        bars.show([])
+        set_titles(bars, sub="")
         self.analysis_runner.submit(partial(_analysed, track))
         self._assess()
 
@@ -130,6 +138,8 @@ worst): maintenance should improve the vehicle response rather than the geometry
 
     @on(TrackAssessed)
     def _on_assessed(self, message: TrackAssessed) -> None:
+        if message.track != self.track_name:
+            return  # that of the track before
         self.assessment = message.result
         bars = self.query_one("#sections", Bars)
         bars.show(section_rows(message.result))
@@ -182,6 +192,7 @@ worst): maintenance should improve the vehicle response rather than the geometry
 
     def _on_track_chosen(self, track: str | None) -> None:
         if track is not None:
+            self.is_chosen_here = True
             self.analyse(track)
 
     def action_edit(self) -> None:
@@ -197,7 +208,7 @@ worst): maintenance should improve the vehicle response rather than the geometry
 
 
 def _assessed(name: str, design: Design, speed: float) -> Message:
-    return TrackAssessed(design.name, assess(resolve_named_track(name), design, speed))
+    return TrackAssessed(name, design.name, assess(resolve_named_track(name), design, speed))
 
 
 def _analysed(name: str) -> Message:

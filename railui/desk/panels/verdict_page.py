@@ -12,7 +12,7 @@ from textual.widgets import Static
 from railui.desk.panels.common import PLOT_COLUMNS, Pane, set_titles
 from railui.desk.panels.search_layout import Layout, Placed, apply_layout
 from railui.desk.presenters.loop_history import LoopHistory
-from railui.desk.presenters.loop_text import evidence_text, hunting_note, identifiability_summary
+from railui.desk.presenters.loop_text import evidence_text, identifiability_summary, multiple_shooting_note
 from railui.desk.presenters.verdict_rows import (
     explained_text,
     next_run_rows,
@@ -157,7 +157,7 @@ def verdict_text(history: LoopHistory, is_running: bool) -> Text:
 
 
 def _sentence(report: dict[str, object]) -> str:
-    return f"{report['sentence']} {hunting_note(report)}".strip()
+    return f"{report['sentence']} {multiple_shooting_note(report)}".strip()
 
 
 def _labelled(verdict: str, sentence: str) -> Text:

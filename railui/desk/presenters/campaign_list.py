@@ -18,14 +18,27 @@ from railui.report.loop.wording import VERDICT_LABELS
 ERRORS: Final = {"declared": "nominal", "before": "calibrated", "after": "final", "floor": "noise"}
 
 
+@dataclass(frozen=True)
+class LoopOptions:
+    """Options of a loop that starts later, as of `LoopPanel.start`."""
+
+    campaign: Campaign | None = None
+    correct: bool = False
+    accept: bool = False
+
+
 @dataclass(eq=False)
 class CampaignEntry:
-    """Campaign of the list with its loop; is_written: its report was written; is_waiting: its loop starts later."""
+    """Campaign of the list with its loop.
+
+    is_written: its report was written; is_waiting: its loop starts later, with these options.
+    """
 
     campaign: Campaign
     history: LoopHistory = field(default_factory=LoopHistory)
     is_written: bool = False
     is_waiting: bool = False
+    options: LoopOptions = LoopOptions()
 
     @property
     def path(self) -> Path:

@@ -9,11 +9,12 @@ from typing import Any, Final
 
 from rich.text import Text
 
-from railui.desk.presenters.design_results import DesignResults
+from railui.desk.presenters.design_results import MAX_CRITICAL_SPEED, DesignResults
 from railui.desk.widgets.plot_data import LimitLine
 from railui.vehicle.design_reader import Design
 
 HIGHEST_SPEED: Final = 90.0  # m/s, up to which nonlinear and ride criteria are searched
+HIGHEST_SPEEDS: Final = {"linear": MAX_CRITICAL_SPEED, "nonlinear": HIGHEST_SPEED, "ride": HIGHEST_SPEED}  # m/s
 KMH_PER_MS: Final = 3.6
 KINDS: Final = {"linear": "linear", "nonlinear": "nonlinear", "ride": "ride criteria"}
 LINE_ROLES: Final = {"linear": "series5", "nonlinear": "series4", "ride": "series3"}
@@ -67,7 +68,7 @@ def critical_speeds_text(
     for kind, name in KINDS.items():
         text.append(f"{name:{NAME_COLUMNS}}")
         has_both = base is None or width >= MIN_WIDE_COLUMNS
-        text.append(*_speed_cell(current.get(kind), computing == kind, has_both))
+        text.append(*_speed_cell(current.get(kind), computing == kind, has_both, HIGHEST_SPEEDS[kind]))
         if base is not None:
             known = base.get(kind)
             shown = "..." if known is None else "none" if known["speed"] is None else f"{known['speed']:.1f}"
@@ -92,12 +93,12 @@ def reason_text(reason: str, width: int) -> str:
     return text[: max(0, width - 4)].rsplit(" ", 1)[0].rstrip(",;:") + " ..."
 
 
-def _speed_cell(known: Mapping[str, Any] | None, is_computing: bool, has_both: bool) -> tuple[str, str]:
+def _speed_cell(known: Mapping[str, Any] | None, is_computing: bool, has_both: bool, highest: float) -> tuple[str, str]:
     columns = 18 if has_both else 9
     if known is None:
         return ("computing" if is_computing else "waiting").ljust(columns), "dim"
     if known["speed"] is None:
-        return (f"none up to {HIGHEST_SPEED:g} m/s" if has_both else "none").ljust(columns), "bold"
+        return (f"none up to {highest:g} m/s" if has_both else "none").ljust(columns), "bold"
     return speed_text(known["speed"])[:columns].ljust(columns), "bold"
 
 

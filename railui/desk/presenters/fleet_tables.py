@@ -69,7 +69,7 @@ def alarm_columns(alarms: Alarms) -> list[Column]:
     return [
         *columns,
         Column(("change",), ("change",), tuple(map(change_text, alarms)), changes),
-        Column(("limit reached",), ("limit",), limits, _alphabetic(limits)),
+        Column(("limit reached",), ("limit",), limits, tuple(map(_limit_time, alarms))),
     ]
 
 
@@ -83,6 +83,12 @@ def change_text(alarm: Mapping[str, Any]) -> str:
 def _limit_day(alarm: Mapping[str, Any]) -> str:
     limit = alarm["limit"]
     return DASH if limit is None else limit["day"] or "not reached"
+
+
+def _limit_time(alarm: Mapping[str, Any]) -> float:
+    """Return the day on which a limit is reached as a number: infinite where never, NaN without a limit."""
+    limit = alarm["limit"]
+    return np.nan if limit is None else read_time(limit["day"]) if limit["day"] else np.inf
 
 
 def _alphabetic(cells: Sequence[str]) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from railui.campaign.comparison import cut_samples
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Difference, Line, PlotData
 from railui.report.loop.figures import Window, units_of
-from railui.report.loop.force_evaluation import SuspensionForce
+from railui.report.loop.force_evaluation import SuspensionForce, force_word
 from railui.report.numbers import display_scale
 
 if TYPE_CHECKING:
@@ -60,4 +60,4 @@ def force_plot(forces: SuspensionForce) -> PlotData:
         Line(x, y_factor * force[::step], LABELS[key], LINE_ROLES[key], is_points=True)
         for key, force in (("before", forces.before), ("after", forces.after))
     ]
-    return PlotData(Axis("z", x_unit), Axis("force", y_unit), lines)
+    return PlotData(Axis("z", x_unit), Axis(force_word(forces.force_unit), y_unit), lines)

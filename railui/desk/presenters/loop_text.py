@@ -54,9 +54,9 @@ def run_text(dataset: Dataset, index: int) -> Text:
     return text
 
 
-def error_text(value: float) -> str:
-    """Return a normalised error as text; `div.` if the simulation diverged."""
-    return f"{value:.3f}" if np.isfinite(value) else "div."
+def error_text(value: float | None) -> str:
+    """Return a normalised error as text; `div.` if the simulation diverged, which a report has as None."""
+    return "div." if value is None or not np.isfinite(value) else f"{value:.3f}"
 
 
 def short_path(path: str) -> str:
@@ -164,13 +164,15 @@ def identifiability_summary(report: Mapping[str, Any]) -> str:
     return ", ".join(f"{words.count(word)} {short}" for word, short in SHORT_CLASSES.items() if word in words)
 
 
-def hunting_note(report: Mapping[str, Any]) -> str:
-    """Return a sentence on the runs with hunting, which were fitted by multiple shooting; empty if there are none."""
+def multiple_shooting_note(report: Mapping[str, Any]) -> str:
+    """Return a sentence on the runs that were fitted by multiple shooting, with the reason; empty if there are none."""
     windows = report["windows"]
     if windows is None:
         return ""
     runs = ", ".join(windows["runs"])
-    return f"Hunting on {runs}: calibrated there by multiple shooting on windows of {windows['seconds']:g} s."
+    reason = windows.get("reason", "the linear vehicle hunts")  # reports of earlier versions have none
+    sentence = f"{reason} on {runs}: calibrated there by multiple shooting on windows of {windows['seconds']:g} s."
+    return sentence[0].upper() + sentence[1:]
 
 
 def _parameter_text(path: str, row: Mapping[str, Any]) -> str:

@@ -136,7 +136,7 @@ class SearchHistory:
     def fresh_statistics(self, index: int) -> tuple[FloatArray, FloatArray] | None:
         """Return mean and sd [objective] of a design of the front on new seeds that the search did not use.
 
-        None before the result, and for track files, which have no seeds.
+        None before the result, where the design failed on new seeds, and for track files, which have no seeds.
         """
         if self.result is None or index >= len(self.result["pareto"]):
             return None

@@ -12,6 +12,7 @@ from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Line, PlotData
 from railui.io.number_format import format_quantity, typeset
 from railui.optimisation.multi_objective import hypervolumes
+from railui.track.excitation import is_track_file
 from railui.vehicle.design_reader import Design
 
 # plots
@@ -25,9 +26,10 @@ def convergence_plot(history: SearchHistory) -> PlotData:
     signs = history.objective_signs
     if len(signs) == 1:
         count = np.array([float(generation.evaluations) for generation in generations])
-        best = [np.min(generation.feasible_objectives * signs, initial=np.inf) for generation in generations]
+        best_of_each = [np.min(generation.feasible_objectives * signs, initial=np.inf) for generation in generations]
+        best = np.minimum.accumulate(best_of_each)  # the best one may not be in the last generation
         y = Axis(history.objective_names[0], objective_unit(history.plan.objectives[0][0]))
-        return PlotData(Axis("designs"), y, [Line(count, signs[0] * np.array(best), "best")])
+        return PlotData(Axis("designs"), y, [Line(count, signs[0] * best, "best")])
     volumes = hypervolumes([(g.evaluations, g.feasible_objectives * signs) for g in generations])
     if not volumes:
         return PlotData(Axis(""), Axis(""), placeholder="no feasible design yet")
@@ -70,7 +72,10 @@ def fresh_text(history: SearchHistory, index: int) -> str:
     """Return mean and sd of the objectives of a design on new seeds in one line."""
     statistics = history.fresh_statistics(index)
     if statistics is None:
-        return "" if history.result is None else "no spread: track files have no seeds"
+        if history.result is None:
+            return ""
+        is_file = is_track_file(history.plan.track)
+        return "no spread: track files have no seeds" if is_file else "no spread: failed on new seeds"
     return f"new seeds: {', '.join(mean_sd_text(mean, sd) for mean, sd in zip(*statistics, strict=True))}"
 
 

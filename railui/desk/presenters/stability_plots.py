@@ -110,9 +110,9 @@ def modes_text(
     """Return a row per mode: number and name in the colour of its line, frequency, damping, loss of stability."""
     text = Text(no_wrap=True, overflow="ellipsis")
     is_wide = width >= MIN_WIDE_COLUMNS
-    names = max(12, min(34, width - (43 if is_wide else 20)))  # less the columns after it
+    names = max(12, min(34, width - (46 if is_wide else 20)))  # less the columns after it
     header = f"{'':2}{'mode':{names}}{'f [Hz]':>8}{'damping':>9}"
-    text.append(header + (f"{'base' if base else '':>8}  {'unstable':14}" if is_wide else ""), "dim")
+    text.append(header + (f"{'base' if base else '':>8}  {'unstable':17}" if is_wide else ""), "dim")
     before = {mode.name: mode for mode in base}
     for k, mode in enumerate(shown_modes(modes)[: max(0, rows - 2)]):
         text.append(f"\n{MODE_NUMBERS[k]} {mode.name[: names - 1]:{names}}", style(series_role(k)))
@@ -122,7 +122,7 @@ def modes_text(
             same = before.get(mode.name)
             value = float("nan") if same is None else float(np.interp(speed, same.speeds, same.damping))
             text.append(f"{_number(value, 3) if base else '':>8}", "dim")
-            text.append(f"  {_unstable_text(mode):14}")
+            text.append(f"  {_unstable_text(mode):17}")
     shown = shown_modes(modes)
     at_speed = [(float(np.interp(speed, m.speeds, m.damping)), m) for m in shown]
     least = min((pair for pair in at_speed if np.isfinite(pair[0])), key=lambda pair: pair[0], default=None)
@@ -136,11 +136,11 @@ def _number(value: float, digits: int) -> str:
 
 
 def _unstable_text(mode: TrackedMode) -> str:
-    is_unstable = mode.oscillates & (mode.roots.real > 0)
+    is_unstable = mode.roots.real > 0
     if not np.any(is_unstable):
-        return "never"
+        return f"not up to {mode.speeds[-1]:.4g} m/s"
     first = int(np.argmax(is_unstable))
-    if not first or not mode.oscillates[first - 1]:
-        return f"from {mode.speeds[first]:.4g}"
+    if not first or mode.oscillates[first] != mode.oscillates[first - 1]:
+        return f"from {mode.speeds[first]:.4g} m/s"
     growth = mode.roots.real[first - 1 : first + 1]
     return f"from {float(np.interp(0.0, growth, mode.speeds[first - 1 : first + 1])):.1f} m/s"

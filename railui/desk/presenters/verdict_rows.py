@@ -96,9 +96,12 @@ def next_run_rows(report: Mapping[str, Any]) -> list[Bar]:
 
 def no_next_run_text(report: Mapping[str, Any]) -> str:
     """Return why no run is proposed."""
-    if not any(row["undecided"] for row in report["rivals"][1:]):
+    rivals = report["rivals"][1:]
+    if not rivals:
+        return "no run proposed: no rival model was compared"
+    if not any(row["undecided"] for row in rivals):
         return "none needed: every rival is rejected"
-    return "no run proposed: the vehicle hunts, is on a rig, or no run separates the rivals"
+    return "no run proposed: the vehicle hunts, the time was up, or no run separates the rivals"
 
 
 def ranking_count(history: LoopHistory) -> int:

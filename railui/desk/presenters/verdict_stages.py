@@ -85,7 +85,7 @@ def _test_stage(history: LoopHistory) -> Stage:
     if history.finished is None:
         return Stage("Test", PENDING)
     test = history.finished.report["test"]
-    if test["nrmse_after"] is None:
+    if not test["files"]:
         return Stage("Test", DONE, "none", "no run to spare")
     return Stage("Test", DONE, error_text(test["nrmse_after"]), f"noise {error_text(test['floor'])}")
 

@@ -14,7 +14,7 @@ from railui.campaign.campaign import Campaign
 from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
-from railui.desk.messages import JobDone, ProgressEvent, ProgressMessage
+from railui.desk.messages import JobDone, ProgressEvent
 from railui.desk.presenters.loop_plots import FinishedLoop
 from railui.desk.services.child_job import run_in_child
 from railui.desk.services.jobs import BackgroundJob
@@ -43,6 +43,14 @@ class DataUnreadable:
     text: str
 
 
+@dataclass
+class ReportWritten(Message):
+    """The report of a loop was written."""
+
+    finished: FinishedLoop
+    text: str
+
+
 def check_campaign(campaign: Campaign) -> Message:
     """Read the runs of a campaign and check their data."""
     try:
@@ -60,4 +68,4 @@ def run_loop(job: BackgroundJob, campaign: Campaign, *, correct: bool = False, a
 def write_report(finished: FinishedLoop, directory: Path, lines: Sequence[str]) -> Message:
     """Write the files of `railui loop` into a directory."""
     Loop(finished.report, None, finished.result).save(directory, lines)
-    return ProgressMessage("write", f"written to {directory}")
+    return ReportWritten(finished, f"written to {directory}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -27,8 +28,8 @@ class Column:
     """Column of a table.
 
     heads: lines above it; short_heads: the same in few characters; cells: texts; values: numbers by which rows are
-    ordered; marks: a character after each cell, such as › at an upper bound; is_text: the cells are words; levels:
-    shade of each cell, from 0, none, to 3.
+    ordered, NaN last; marks: a character after each cell, such as › at an upper bound; is_text: the cells are words;
+    levels: shade of each cell, from 0, none, to 3.
     """
 
     heads: tuple[str, ...]
@@ -150,7 +151,10 @@ at least, that of the row under the cursor; `u` shows all rows again. `y` copies
         self.order = [row for row in range(self.row_count) if self._is_shown(row)]
         if self.ordered_by is not None:
             column, descending = self.ordered_by
-            self.order.sort(key=lambda i: self.columns[column].values[i], reverse=descending)
+            values = self.columns[column].values
+            missing = [row for row in self.order if math.isnan(values[row])]
+            known = [row for row in self.order if not math.isnan(values[row])]
+            self.order = sorted(known, key=lambda row: values[row], reverse=descending) + missing
 
     def _is_shown(self, row: int) -> bool:
         """True if a row fulfils every filter; the value of the filter itself counts."""

@@ -117,7 +117,8 @@ def draw_curves(cases: Sequence[Mapping[str, Any]], path: str | Path) -> None:
         for ax, (key, _, _) in zip(axes, CURVE_PANELS, strict=True):
             draw_curve_panel(ax, cases, key)
         axes[-1].set_xlabel("radius [m]")
-        axes[0].legend(frameon=False, fontsize=8, ncols=4, **ABOVE)
+        if axes[0].get_legend_handles_labels()[0]:
+            axes[0].legend(frameon=False, fontsize=8, ncols=4, **ABOVE)
 
 
 def draw_curve_panel(ax: Axes, cases: Sequence[Mapping[str, Any]], key: str) -> None:
@@ -126,6 +127,9 @@ def draw_curve_panel(ax: Axes, cases: Sequence[Mapping[str, Any]], key: str) -> 
     drawn = [case for case in cases if case["displacement"] is not None]
     radii = np.array([abs(case["radius"]) for case in drawn])
     ax.set_ylabel(label)
+    if not drawn:
+        ax.annotate("no equilibrium", (0.5, 0.5), xycoords="axes fraction", ha="center", va="center", color=GREY)
+        return
     if key == "wear_number":
         ax.plot(radii, [case[key] for case in drawn], color=BLUE, lw=1.2)
         ax.set_ylim(0.0, 1.05 * ax.dataLim.y1)

@@ -17,6 +17,7 @@ from railui.report.loop.figures import LINES, Window
 from railui.report.loop.force_evaluation import (
     EvaluationWindow,
     explained_variance,
+    force_word,
     forces_on_fixed_wheelsets,
     gauge_at_wheelset,
     most_active_port,
@@ -34,7 +35,7 @@ from railui.report.loop.force_pictures import (
     suspension_picture,
 )
 from railui.report.loop.law_evidence import LawEvidence, effect_force, law_evidence
-from railui.report.loop.wording import effect_title, location_text
+from railui.report.loop.wording import VERDICT_LABELS, effect_title, location_text
 from railui.report.numbers import display_scale
 from railui.vehicle.effects import PlacedEffect, unit_at
 from railui.vehicle.model import Model
@@ -52,12 +53,18 @@ def effect_figures(result: LoopResult, report: Mapping[str, Any], window: Window
     """Return the figure of a discrepancy outside the catalogue, then one for every effect of the model."""
     figures = []
     if result.discrepancy is not None:
-        evaluation = EvaluationWindow.of(result, result.discrepancy.fit.model, window)
-        figures.append(discrepancy_figure(evaluation, report["outside"]))
+        figures.append(_discrepancy_figure(result, result.discrepancy.fit.model, report["outside"], window))
     evaluation = EvaluationWindow.of(result, result.after.model, window)
     for i, (_, _, effect) in enumerate(catalogued_effects(result)):
         figures.append(_effect_figure(evaluation, effect, f"law-{i}"))
     return figures
+
+
+def _discrepancy_figure(result: LoopResult, model: Model, outside: Mapping[str, Any], window: Window) -> EffectFigure:
+    try:
+        return discrepancy_figure(EvaluationWindow.of(result, model, window), outside)
+    except ValueError as error:  # too stiff to be integrated, or diverged
+        return EffectFigure(VERDICT_LABELS["outside"], (), f"Not drawn: {error}.", ())
 
 
 def _effect_figure(evaluation: EvaluationWindow, effect: PlacedEffect, name: str) -> EffectFigure:
@@ -155,6 +162,7 @@ def _needs_gauge(evaluation: EvaluationWindow, curves: Curves) -> bool:
 def _external_force(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
     """Draw a force that depends on distance alone, on a fixed wheelset."""
     w, key, unit = effect.wheelset or 1, "M" if effect.at.endswith("_yaw") else "Y", unit_at("F", effect.at)
+    word = force_word(unit)
     if not effect.at.startswith("wheelset"):
         return EffectFigure(title, (), "A constant: there is no curve to draw.", ())
     model = Model(evaluation.model.design.with_effects([effect]))
@@ -167,11 +175,11 @@ def _external_force(evaluation: EvaluationWindow, effect: PlacedEffect, name: st
     def draw(ax: Axes) -> None:
         ax.plot(s[shown], factor * force[evaluation.piece][shown], **LINES["after"] | {"lw": 1.4})
         ax.margins(x=0)
-        ax.set_title(f"force on wheelset {w}")
+        ax.set_title(f"{word} on wheelset {w}")
         ax.set_xlabel("distance [m]")
-        ax.set_ylabel(axis_label("moment" if key == "M" else "force", printed_unit))
+        ax.set_ylabel(axis_label(word, printed_unit))
 
-    picture = draw_picture(name, f"{title}: force against distance", FIGURE_SIZE, draw)
+    picture = draw_picture(name, f"{title}: {word} against distance", FIGURE_SIZE, draw)
     return EffectFigure(title, (picture,), "Four turns of the wheelset.", ("after",))
 
 

@@ -64,8 +64,12 @@ def calibrated_design(result: LoopResult) -> Design:
 
 
 def write_loop(result: LoopResult, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:
-    """Write all files into a directory; each file atomically."""
+    """Write all files into a directory, each atomically; remove the series of runs that are not in the campaign."""
     directory.mkdir(parents=True, exist_ok=True)
+    names = simulated_file_names([entry.name for entry in result.dataset.campaign.runs])
+    for file in directory.iterdir():
+        if _is_simulated_file(file.name) and file.name not in names:
+            file.unlink()
     write_text(directory / "loop.json", json.dumps(report, indent=1, allow_nan=False) + "\n")
     save_design(calibrated_design(result), directory / "adjusted.yaml")
     campaign = replace(result.dataset.campaign, sensors=result.after.model.sensors)

@@ -25,15 +25,16 @@ def report_notes(result: LoopResult) -> list[str]:
     runs = zip(result.dataset.campaign.runs, result.dataset.runs, strict=True)
     notes = [f"{entry.name}: {note}" for entry, run in runs for note in run.notes]
     if windows := windowed_runs(result):
-        slips = result.windowed is not None and result.windowed.slips
-        reason = "the model falls out of step with the motion" if slips else "the linear vehicle hunts"
         notes.append(
-            f"{reason} on {', '.join(windows['runs'])}: estimated there on windows of "
+            f"{windows['reason']} on {', '.join(windows['runs'])}: estimated there on windows of "
             f"{windows['seconds']:.3g} s, together with the initial state of each window (multiple shooting)"
         )
     if pairs := searched_pairs(result):
         notes.append(f"single effects left a structure: {pairs['scored']} pairs scored, {pairs['refitted']} refitted")
+    is_calibrated_only = result.before is result.after and result.discrepancy is None
     for model, validation in result.validations.items():
+        if model == "after" and is_calibrated_only:
+            continue  # the same model as before
         notes += [divergence_note(model, file, time) for file, time in validation.diverged]
     notes += condition_notes(result)
     return [
@@ -52,14 +53,15 @@ def divergence_note(model: str, file: str, time: float) -> str:
 
 
 def windowed_runs(result: LoopResult) -> dict[str, Any] | None:
-    """Return the runs that were fitted on windows, and the length of a window [s]; None without any."""
+    """Return the runs that were fitted on windows, the length of a window [s] and the reason; None without any."""
     files = windowed_files(result.after) + (windowed_files(result.windowed) if result.windowed else [])
     if not files:
         return None
-    seconds = result.context.settings.windows.window_duration
+    seconds, reason = result.context.settings.windows.window_duration, "the linear vehicle hunts"
     if result.windowed is not None and result.windowed.slips:
+        reason = "the model falls out of step with the motion"
         seconds = max(t.segment.samples * t.segment.dt for t in result.windowed.segments)
-    return {"seconds": seconds, "runs": list(dict.fromkeys(files))}
+    return {"seconds": seconds, "runs": list(dict.fromkeys(files)), "reason": reason}
 
 
 def searched_pairs(result: LoopResult) -> dict[str, int] | None:

@@ -190,7 +190,8 @@ def _identifiability(report: Report) -> Row | None:
 def _notes(report: Report) -> list[str]:
     """Return the notes of the report, and one per model that diverges."""
     notes = list(report.get("notes", ()))
-    for model in MODELS:
+    shown = shown_models(report)
+    for model in MODELS if "before" in shown else ("declared", "before"):
         diverged = report[model].get("diverged")
         note = diverged and divergence_note(model, diverged["file"], diverged["at_s"])
         if note and note not in notes:

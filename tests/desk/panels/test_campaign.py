@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import gzip
 import shutil
+import threading
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from textual.message import Message
@@ -21,6 +24,7 @@ from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.services.loop_computation import StoppedLoop
+from railui.desk.services.loop_job import ReportWritten
 from railui.desk.widgets.bars import Bars
 from railui.desk.widgets.dialogs import InputDialog, ProblemsDialog, QuestionDialog
 from railui.desk.widgets.table import Table
@@ -221,6 +225,38 @@ async def test_several_campaigns_are_listed_and_run_one_after_another(
         keys.desk.open(paths[0])  # again: the list keeps one entry of a campaign
         await keys.wait_until_idle()
         assert len(panel.entries) == 2 and panel.history.stopped is None
+
+
+async def test_a_waiting_loop_keeps_its_options_and_a_write_marks_its_verdict(
+    open_desk: OpenDesk, tmp_path: Path, short_campaign: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    paths = [Path(shutil.copytree(short_campaign, tmp_path / name)) for name in ("a", "b")]
+    started: list[tuple[str, bool, bool]] = []
+    is_released = threading.Event()
+
+    def stop_when_released(job: BackgroundJob, campaign: Campaign, *, correct: bool, accept_data: bool) -> Message:
+        started.append((campaign.source.parent.name, correct, accept_data))
+        is_released.wait(20.0)
+        data = CheckedData(read_dataset(campaign), Diagnosis(), Diagnosis(), False, True, 0.0)
+        return JobDone(job.name, StoppedLoop({"sentence": "stopped"}, data))
+
+    monkeypatch.setattr(loop_panel, "run_loop", stop_when_released)
+    async with open_desk(paths[0]) as keys:
+        panel = keys.desk.query_one(CampaignPanel)
+        keys.desk.open(paths[1])
+        await keys.wait_until_idle()
+        first, second = panel.entries
+        panel.start(first)
+        panel.start(second, accept=True)
+        assert second.is_waiting
+        is_released.set()
+        await keys.wait_until(lambda: len(started) == 2 and panel.job is None)
+        assert started == [("a", False, False), ("b", False, True)]
+        written, other = cast(Any, SimpleNamespace()), cast(Any, SimpleNamespace())
+        first.history.finished, second.history.finished = written, other
+        panel._on_written(ReportWritten(written, "written"))
+        assert (first.is_written, second.is_written) == (True, False)
+        first.history.finished = second.history.finished = None
 
 
 async def test_unreadable_runs_and_a_missing_vehicle_are_reported_before_the_fit(

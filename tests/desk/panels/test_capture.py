@@ -150,3 +150,22 @@ async def test_a_track_is_chosen_and_used_within_twelve_keys(open_desk: OpenDesk
         assert keys.desk.query_one(TrackPanel).analysis is not None
         assert design.conditions.track.startswith("erri_b176_high") and keys.count <= 12
         assert design.results[0].quality["weighted_acceleration"] > 1.3 * before
+
+
+async def test_the_track_of_the_form_is_shown_unless_another_was_chosen(open_desk: OpenDesk, bogie: Path) -> None:
+    first, second, chosen = (f"erri_b176_low length=400 seed={seed}" for seed in (1, 2, 3))
+    async with open_desk(bogie) as keys:
+        design, panel = keys.desk.query_one(DesignPanel), keys.desk.query_one(TrackPanel)
+        for track in (first, second):
+            design.set("case.track", track)
+            await keys.press("f2", "f5")
+            await keys.wait_until_idle()
+            assert panel.analysis is not None and panel.analysis.name == track
+            assert panel.assessment is not None
+        panel._on_track_chosen(chosen)
+        assert panel.assessment is None and not panel.query_one("#sections", Bars).rows
+        await keys.wait_until_idle()
+        design.set("case.track", first)
+        await keys.press("f2", "f5")
+        await keys.wait_until_idle()
+        assert panel.track_name == chosen

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 from railui.contact import contact_points
 from railui.desk.messages import DesignsEvaluated
 from railui.desk.panels.design import DesignPanel
+from railui.desk.panels.profile_changes import ContactComputed
 from railui.desk.widgets.dialogs import DifferenceDialog, ProblemsDialog, QuestionDialog
 from railui.desk.widgets.form import Form, Heading
 from railui.desk.widgets.plot import Plot
@@ -204,3 +206,20 @@ async def test_steps_of_the_gauge_of_profiles_count_and_do_not_stop_the_interfac
         assert panel.draft.design.value("contact.profiles.gauge") == wanted
         assert threads and threading.main_thread() not in threads
         assert panel.results is not None and panel.results[0].design.content() == panel.draft.design.content()
+
+
+async def test_a_pending_contact_is_dropped_where_the_design_changes(open_desk: OpenDesk) -> None:
+    path = "contact.profiles.gauge"
+    async with open_desk(REPOSITORY / "designs/profiled_bogie.yaml") as keys:
+        panel = keys.desk.query_one(DesignPanel)
+        assert panel.draft is not None
+        request = ContactComputed(path, panel.draft.design.value(path), "")
+        reset, other = Form.ResetRequested(path), Form.ResetRequested(STIFFNESS)
+        for action in (panel.action_redo, panel.action_swap, partial(panel._on_reset_requested, reset)):
+            panel.profile_changes.pending = request
+            action()
+            assert panel.profile_changes.pending is None
+        panel.profile_changes.pending = request
+        panel._on_reset_requested(other)
+        assert panel.profile_changes.pending is request
+        await keys.wait_until_idle()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from railui.desk.presenters.search_history import GenerationSummary, SearchHistory, restore_search, search_content
+from railui.desk.presenters.search_plots import convergence_plot, fresh_text
 from railui.desk.state.plan import Plan
 from railui.optimisation.multi_objective import nondominated
 from railui.vehicle.design_reader import load_design
@@ -35,3 +38,24 @@ def test_the_front_is_that_of_all_feasible_designs(seed: int) -> None:
         assert np.all(np.diff(objectives[:, 0] * history.objective_signs[0]) >= 0.0)
     restored = restore_search(plan, search_content(history))
     assert np.array_equal(restored.front()[0], history.front()[0])
+
+
+def test_the_best_value_of_a_single_objective_search_never_rises() -> None:
+    plan = Plan.for_design(load_design(REPOSITORY / "designs/test_bogie.yaml"), "erri_b176_low", 40.0)
+    plan = replace(plan, objectives=[next(each for each in plan.objectives if each[0].startswith("minimise"))])
+    history = SearchHistory(plan)
+    for number, value in enumerate((3.0, 1.0, 2.0, np.nan), 1):
+        empty = np.full(1, np.nan), np.full(len(plan.constraints), np.nan)
+        limits, is_feasible = np.zeros((1, len(plan.constraints))), np.array([np.isfinite(value)])
+        x = np.zeros((1, len(plan.bounds)))
+        history.add(GenerationSummary(x, np.array([[value]]), limits, is_feasible, number, 0, "", *empty))
+    assert convergence_plot(history).lines[0].y.tolist() == [3.0, 1.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize(("track", "reason"), [("line.csv", "track files"), ("erri_b176_low", "failed on new seeds")])
+def test_a_front_without_spread_has_its_reason(track: str, reason: str) -> None:
+    plan = Plan.for_design(load_design(REPOSITORY / "designs/test_bogie.yaml"), track, 40.0)
+    history = SearchHistory(plan)
+    unknown = [None] * len(plan.objectives)
+    history.result = {"pareto": [{"fresh": {"mean": unknown, "sd": unknown}}]}
+    assert reason in fresh_text(history, 0)

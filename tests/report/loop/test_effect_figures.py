@@ -13,8 +13,9 @@ from railui.identification.result import LoopResult
 from railui.identification.unmodelled.evidence import LocationEvidence
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.report.loop.data import loop_report
-from railui.report.loop.effect_figures import effect_figures
+from railui.report.loop.effect_figures import _discrepancy_figure, effect_figures
 from railui.report.loop.figures import most_informative_window
+from railui.report.loop.force_evaluation import EvaluationWindow
 from railui.report.loop.page import render_page
 from railui.report.loop.wording import effect_title
 from railui.vehicle.effects import PlacedEffect, default_at
@@ -56,3 +57,14 @@ def test_every_effect_of_the_catalogue_is_drawn(
     (figure,) = effect_figures(result, report, most_informative_window(loop_result))
     assert effect_title(record["kind"]) in figure.title
     assert figure.pictures or "constant" in figure.note
+
+
+def test_a_discrepancy_that_cannot_be_simulated_has_a_note(
+    loop_result: LoopResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> EvaluationWindow:
+        raise ValueError("diverged at 3 s")
+
+    monkeypatch.setattr(EvaluationWindow, "of", fail)
+    figure = _discrepancy_figure(loop_result, loop_result.before.model, {}, most_informative_window(loop_result))
+    assert figure.note == "Not drawn: diverged at 3 s." and not figure.pictures

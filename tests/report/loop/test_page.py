@@ -23,7 +23,9 @@ from railui.identification.result import LoopResult
 from railui.io.atomic import to_json_value
 from railui.report.loop import figures
 from railui.report.loop.data import loop_report
-from railui.report.loop.page import render_page, write_page
+from railui.report.loop.files import write_loop
+from railui.report.loop.notes import report_notes
+from railui.report.loop.page import _notes, render_page, write_page
 from tests.report.loop.names import CAMPAIGN_NAME, CHANNELS
 
 
@@ -228,3 +230,24 @@ def test_the_vehicle_is_drawn_with_its_sensors_and_effects(reader: Reader, repor
     for effect in effects:
         assert core.effect_record(effect["kind"])["title"] in alt
         assert f'class="halo" data-key="{effect["at"]}' in svg
+
+
+def test_a_divergence_without_an_effect_is_noted_once(loop_result: LoopResult) -> None:
+    validation = diverged(loop_result)
+    validations = loop_result.validations | {"before": validation, "after": validation}
+    fields = {"after": loop_result.before, "discrepancy": None, "validations": validations}
+    result = replace(loop_result, **fields)
+    assert len([note for note in report_notes(result) if "diverges" in note]) == 1
+    errors = {"nrmse": None, "channels": {}, "diverged": {"file": "run_b.csv.gz", "at_s": 3.0}}
+    assert len(_notes({"declared": {}, "before": errors, "after": errors})) == 1
+
+
+def test_series_of_other_runs_are_removed_from_the_directory(
+    loop_result: LoopResult, report: dict[str, Any], tmp_path: Path
+) -> None:
+    (tmp_path / "simulated_other.csv.gz").touch()
+    write_loop(loop_result, report, tmp_path, [])
+    assert {file.name for file in tmp_path.glob("simulated_*")} == {
+        "simulated_run_a.csv.gz",
+        "simulated_run_b.csv.gz",
+    }
