@@ -13,6 +13,8 @@ from railui.desk.presenters.critical_speeds import critical_lines
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import LimitLine, Line, Mark, PlotData, series_role
 
+CONSTANT_ROOT = 1e-6  # 1/s, below which a root is a constant
+
 if TYPE_CHECKING:
     from railui.running_stability.mode_tracking import TrackedMode
 
@@ -136,7 +138,7 @@ def _number(value: float, digits: int) -> str:
 
 
 def _unstable_text(mode: TrackedMode) -> str:
-    is_unstable = mode.roots.real > 0
+    is_unstable = mode.roots.real > CONSTANT_ROOT  # but for the constant of a law with memory
     if not np.any(is_unstable):
         return f"not up to {mode.speeds[-1]:.4g} m/s"
     first = int(np.argmax(is_unstable))
