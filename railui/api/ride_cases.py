@@ -88,10 +88,12 @@ def summarise_cases(cases: list[dict[str, Any]]) -> dict[str, Any]:
         mean[key] = np.mean(values, axis=0) if is_complete else None
         sd[key] = np.std(values, axis=0, ddof=1) if is_complete and len(values) > 1 else None
     diverged = sum(case["diverged"] is not None for case in cases)
-    incomplete = [key for key, value in mean.items() if value is None]
-    reason = f", {diverged} of {len(cases)} diverged" if diverged else ": see the notes of the cases"
-    of = f"{', '.join(incomplete)}: " if incomplete and not diverged else ""
-    notes = [f"mean and sd: {of}null where a case has no value{reason}"] if incomplete else []
+    incomplete = ", ".join(key for key, value in mean.items() if value is None)
+    notes = []
+    if diverged:
+        notes = [f"mean and sd: null where a case has no value, {diverged} of {len(cases)} diverged"]
+    elif incomplete:
+        notes = [f"mean and sd: null for {incomplete}, of which a case has no value (see its notes)"]
     return {
         "cases": cases,
         "mean": mean,

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Final
 
+from railui.memo import IdentityCache
 from railui.optimisation.scenarios import apply_scenario
 from railui.optimisation.study import Study
 from railui.ride_quality.comfort import MIN_BLOCKS
@@ -17,6 +18,8 @@ from railui.vehicle.resolve import resolve_model
 from railui.vehicle.sampling import ParameterisedModel, draw_deviations
 
 PARAMETER_SAMPLE_STREAM: Final = 1  # random stream of the parameter samples, combined with the seed
+MAX_CACHED_SEEDS: Final = 64
+_OWN_SEEDS: Final = IdentityCache[int | None](MAX_CACHED_SEEDS)  # a line is built to find its seed
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,10 @@ def seeds_of(study: Study, track: str, fresh: int | None = None) -> list[int | N
 
 def _own_seed(study: Study, track: str) -> int | None:
     """Return the seed in a track's spec, or in a designed line; None for a file without synthetic irregularities."""
+    return _OWN_SEEDS.get(track, lambda: _read_own_seed(study, track), owner=study)
+
+
+def _read_own_seed(study: Study, track: str) -> int | None:
     path = _track_path(study, track)
     if not is_track_file(path):
         return parse_spec(track).seed

@@ -81,49 +81,6 @@ def expect(
     return Expectation(information, choice, settings, gain, seed, critical_score)
 
 
-def make_plan(
-    file: PlanFile,
-    speeds: Sequence[float],
-    tracks: Sequence[str | Path],
-    duration: float,
-    *,
-    seed: int | None = None,
-    jobs: int | None = None,
-    progress: Progress = SILENT,
-    store: InformationStore | None = None,
-    sections: int = 1,
-    cluster: Pool | None = None,
-) -> Plan:
-    """Simulate the runs that may be made with the nominal vehicle and select sensors and runs.
-
-    As `candidate_runs`, then `plan_of_runs`.
-
-    Parameters
-    ----------
-    speeds
-        Speeds [m/s] of the runs that may be made.
-    tracks
-        Specs or files; every speed is run on every track.
-    duration
-        Of a run [s].
-    seed
-        Of synthetic tracks and of the noise.
-    store
-        Where the information of every run is kept and found again.
-    sections
-        Places along each track from which a run may start.
-    cluster
-        Where the runs are computed; None: in this process.
-
-    Raises
-    ------
-    FileProblems, ValueError
-        For a faulty track, and for fewer than two runs at which the vehicle is stable.
-    """
-    candidates = candidate_runs(file, speeds, tracks, duration, seed, sections)
-    return plan_of_runs(file, candidates, seed=seed, jobs=jobs, progress=progress, store=store, cluster=cluster)
-
-
 def candidate_runs(
     file: PlanFile,
     speeds: Sequence[float],
@@ -132,7 +89,26 @@ def candidate_runs(
     seed: int | None = None,
     sections: int = 1,
 ) -> CandidateRuns:
-    """Return the runs that may be made; parameters and exceptions as `make_plan`."""
+    """Return the runs that may be made with the nominal vehicle.
+
+    Parameters
+    ----------
+    speeds
+        Speeds [m/s] of the runs.
+    tracks
+        Specs or files; every speed is run on every track.
+    duration
+        Of a run [s].
+    seed
+        Of synthetic tracks.
+    sections
+        Places along each track from which a run may start.
+
+    Raises
+    ------
+    FileProblems, ValueError
+        For a faulty track, and for fewer than two runs at which the vehicle is stable.
+    """
     campaign = file.campaign
     model = Model(campaign.design)
     wanted = planned_runs(speeds, tracks, duration, seed, sections)
@@ -157,7 +133,16 @@ def plan_of_runs(
     store: InformationStore | None = None,
     cluster: Pool | None = None,
 ) -> Plan:
-    """Simulate the runs and select sensors and runs; parameters as `make_plan`.
+    """Simulate the runs and select sensors and runs.
+
+    Parameters
+    ----------
+    seed
+        Of the noise.
+    store
+        Where the information of every run is kept and found again.
+    cluster
+        Where the runs are computed; None: in this process.
 
     Raises
     ------

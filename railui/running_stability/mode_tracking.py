@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from railui.arrays import ComplexArray, FloatArray
 from railui.running_stability.mode_names import HUNTING, distinct, is_hunting, shape_name
 from railui.running_stability.modes import describe_shape, shape_arm
-from railui.vehicle.linear import damping_ratio, state_matrices
+from railui.vehicle.linear import MIN_ROOT, damping_ratio, state_matrices
 from railui.vehicle.model import Model
 
 MIN_OSCILLATION: Final = 0.5  # rad/s, from which a root counts as an oscillation
@@ -52,6 +52,11 @@ class TrackedMode:
     def oscillates(self) -> NDArray[np.bool_]:
         """True where the root is that of an oscillation."""
         return np.asarray(self.roots.imag > MIN_OSCILLATION)
+
+    @property
+    def is_unstable(self) -> NDArray[np.bool_]:
+        """True where the root grows, but for the constant of a law with memory."""
+        return np.asarray(self.roots.real > MIN_ROOT)
 
     @property
     def frequency(self) -> FloatArray:

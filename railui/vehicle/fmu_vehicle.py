@@ -13,6 +13,7 @@ from railui.vehicle.kernel_layout import kernel_layout
 from railui.vehicle.kernel_rows import parameter_paths
 from railui.vehicle.model import Model
 from railui.vehicle.multibody import position_terms
+from railui.vehicle.parameter import is_curve_point
 
 # inputs: the track under the leading wheelset and its slopes along the track
 TRACK_INPUTS: Final = (
@@ -111,11 +112,6 @@ def _parameters(model: Model) -> tuple[Variable, ...]:
         record = model.design.parameter(path)
         found.append(Variable(path, record.unit, record.caption, float(model.row[column])))
     return tuple(found)
-
-
-def is_curve_point(path: str) -> bool:
-    """True for a point of a force curve, such as effects.0.force.3."""
-    return path.startswith("effects.") and path.count(".") > 2
 
 
 def _distances(model: Model) -> list[list[tuple[float, int]]]:

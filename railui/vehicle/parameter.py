@@ -99,6 +99,16 @@ def is_numbered(path: str) -> bool:
     return path.rpartition(".")[2].isdecimal()
 
 
+def is_curve_point(path: str) -> bool:
+    """True for the path of a point of a force curve.
+
+    >>> is_curve_point("effects.0.force.3"), is_curve_point("effects.0.force")
+    (True, False)
+    """
+    *_, key, number = path.split(".")
+    return key == "force" and number.isdecimal()
+
+
 def split_path(path: str) -> tuple[str, str]:
     """Split a path into its group and its key, which includes the number of a joint or wheelset.
 

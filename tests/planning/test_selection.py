@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 
 import pytest
 
 from railui.planning.expectation import Choice, Expectation
-from railui.planning.plan import Plan, make_plan, plan_document
+from railui.planning.plan import Plan, candidate_runs, plan_document, plan_of_runs
+from railui.planning.plan_file import PlanFile
 from railui.planning.selection import attained_share, reference
 from tests.planning.files import plan_file
 
 NOISE = {"ayf": "0.02 m/s^2", "rf": "0.3 mrad/s", "ay1": "0.05 m/s^2"}
 
 
+def made(file: PlanFile, speeds: Sequence[float], *, seed: int | None = None, jobs: int | None = None) -> Plan:
+    runs = candidate_runs(file, speeds, ["erri_b176_low seed=3"], 20.0, seed)
+    return plan_of_runs(file, runs, seed=seed, jobs=jobs)
+
+
 @cache
 def plan(more: str = "") -> Plan:
-    return make_plan(plan_file(NOISE, more), [25.0, 32.0, 40.0], ["erri_b176_low seed=3"], 20.0, jobs=2)
+    return made(plan_file(NOISE, more), [25.0, 32.0, 40.0], jobs=2)
 
 
 def test_without_a_budget_every_step_gains() -> None:
@@ -71,17 +78,14 @@ def test_an_effect_of_a_sensor_that_is_not_selected_has_no_limit() -> None:
 
 def test_unstable_speeds_are_left_out_and_named() -> None:
     file = plan_file({"ayf": "0.02 m/s^2"})
-    found = make_plan(file, [25.0, 35.0, 110.0], ["erri_b176_low seed=3"], 20.0, jobs=2)
+    found = made(file, [25.0, 35.0, 110.0], jobs=2)
     assert found.unstable == ("110 m/s",)
     assert plan_document(found)["notes"] == ["left out: the nominal vehicle is unstable at 110 m/s"]
     with pytest.raises(ValueError, match=r"two are needed.*unstable at 110 m/s"):
-        make_plan(file, [35.0, 110.0], ["erri_b176_low seed=3"], 20.0)
+        made(file, [35.0, 110.0])
 
 
 def test_a_plan_is_the_same_on_any_number_of_threads() -> None:
     file = plan_file({"ayf": "0.02 m/s^2"})
-    one, two = (
-        plan_document(make_plan(file, [30.0, 40.0], ["erri_b176_low seed=3"], 20.0, seed=3, jobs=jobs))
-        for jobs in (1, 2)
-    )
+    one, two = (plan_document(made(file, [30.0, 40.0], seed=3, jobs=jobs)) for jobs in (1, 2))
     assert one == two

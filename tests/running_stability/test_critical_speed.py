@@ -31,7 +31,7 @@ def with_effects(*effects: PlacedEffect, base: Design = CHECK) -> Model:
 
 
 def test_the_constant_root_of_a_law_with_memory_does_not_decide_on_the_damping() -> None:
-    """Hysteresis below its yield force is a spring, with a root at zero beside."""
+    """Hysteresis below its yield force is a spring, but for one more root, which is zero."""
     kinds = ("hysteresis", {"stiffness": 4e5, "yield": 1e5}), ("spring", {"stiffness": 4e5})
     models = [with_effects(PlacedEffect(kind, "secondary_lateral", None, numbers)) for kind, numbers in kinds]
     search = [linear_stability_many(m, m.row[None], [20.0, 40.0])["linear_damping"][0] for m in models]

@@ -13,8 +13,6 @@ from railui.desk.presenters.critical_speeds import critical_lines
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import LimitLine, Line, Mark, PlotData, series_role
 
-CONSTANT_ROOT = 1e-6  # 1/s, below which a root is a constant
-
 if TYPE_CHECKING:
     from railui.running_stability.mode_tracking import TrackedMode
 
@@ -138,10 +136,9 @@ def _number(value: float, digits: int) -> str:
 
 
 def _unstable_text(mode: TrackedMode) -> str:
-    is_unstable = mode.roots.real > CONSTANT_ROOT  # but for the constant of a law with memory
-    if not np.any(is_unstable):
+    if not np.any(mode.is_unstable):
         return f"not up to {mode.speeds[-1]:.4g} m/s"
-    first = int(np.argmax(is_unstable))
+    first = int(np.argmax(mode.is_unstable))
     if not first or mode.oscillates[first] != mode.oscillates[first - 1]:
         return f"from {mode.speeds[first]:.4g} m/s"
     growth = mode.roots.real[first - 1 : first + 1]

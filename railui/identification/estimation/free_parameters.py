@@ -13,7 +13,7 @@ from railui.arrays import FloatArray
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.vehicle.model import Model
-from railui.vehicle.parameter import is_numbered
+from railui.vehicle.parameter import is_curve_point, is_numbered
 
 USUAL_PHASE = 0.3  # rad
 RIG_ANGULAR_FREQUENCY = 62.8  # rad/s: 10 Hz
@@ -195,17 +195,16 @@ def rig_scale(context: Context, model: Model, path: str) -> float:
 
 def _curve_size(model: Model, path: str) -> float:
     """Largest force of a force curve, for its points; 0 for other numbers."""
-    _, number, key = path.split(".", 2)
-    if not key.startswith("force."):
+    if not is_curve_point(path):
         return 0.0
-    force = model.design.effects[int(number)].parameters["force"]
+    force = model.design.effects[int(path.split(".")[1])].parameters["force"]
     return float(np.max(np.abs(force)))
 
 
 def _catalogue_bounds(model: Model, path: str) -> tuple[float, float]:
-    group, number, key = path.split(".", 2)
-    if key.startswith("force."):
+    if is_curve_point(path):
         return -np.inf, np.inf
+    group, number, key = path.split(".", 2)
     if group == "sensors":
         p = next(p for p in core.effect_record(model.sensors[int(number)].kind)["parameters"] if p["key"] == key)
         return float(p["minimum"]), float(p["maximum"])
