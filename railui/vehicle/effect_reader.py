@@ -32,10 +32,10 @@ from railui.vehicle.multibody import Structure
 
 ABSCISSAE = ("z", "v", "s")
 SUPERSEDED_TERMS = {
-    "stiffness": ("stiffness",),
-    "stiffness_and_damping": ("stiffness", "damping"),
-    "creep_forces": ("creep forces",),
-    "rolling_radii": ("rolling radii",),
+    "stiffness": ("linear stiffness",),
+    "stiffness_and_damping": ("linear stiffness", "linear damping"),
+    "creep_forces": ("linear creep forces",),
+    "rolling_radii": ("linear rolling radii",),
     "rigid_rail": ("rigid rail",),
 }
 
@@ -92,7 +92,7 @@ def check_conflicts(effects: Mapping[int, PlacedEffect], findings: Findings, pat
         if clash is not None:
             term, j, other = clash
             pair = f"{effect.kind} and {other.kind} ({join_path(path, str(j))})"
-            message = f"{pair} both supersede the linear {term} at {effect.at}"
+            message = f"{pair} both supersede the {term} at {effect.at}"
             findings.add(join_path(path, str(i)), message, "leave one of them out")
         superseded += [(term, i, effect) for term in terms]
 
