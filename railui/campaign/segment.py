@@ -216,24 +216,29 @@ class Segment:
         noise: standard deviation per column; band: shortest wavelength of the track noise [m]. The noise of a rig's
         input is white from sample to sample, as that of its sensors.
         """
-        if self.window_of is not None:
-            return self._window_rows(self.window_of.noisy_table(noise, band, rng, half_wheelbase, steps), steps)
-        if self.is_rig:
-            return self._noisy_rig_table(noise, rng, half_wheelbase, steps)
-        s = self.columns["s"]
-        realisations = [
-            band_limited_noise(rng, s, noise[name], band) if noise.get(name) and name in self.columns else None
-            for name in TRACK_COLUMNS
-        ]
-        return add_track(self.table(half_wheelbase, steps), s, realisations, half_wheelbase)
+        return self.table_with_noise(self.draw_input_noise(noise, band, rng), half_wheelbase, steps)
 
-    def _noisy_rig_table(
-        self, noise: Mapping[str, float], rng: np.random.Generator, half_wheelbase: Wheelbase, steps: int
-    ) -> FloatArray:
-        inputs = [c for c in self.input_columns if noise.get(c)]
-        if not inputs:
+    def draw_input_noise(
+        self, noise: Mapping[str, float], band: float, rng: np.random.Generator
+    ) -> dict[str, FloatArray]:
+        """Draw the noise of the input columns, each [n]; of a window: that of the segment of which it is a part."""
+        if self.window_of is not None:
+            return self.window_of.draw_input_noise(noise, band, rng)
+        if self.is_rig:
+            return {c: noise[c] * rng.standard_normal(self.samples) for c in self.input_columns if noise.get(c)}
+        noisy = [name for name in TRACK_COLUMNS if noise.get(name) and name in self.columns]
+        return {name: band_limited_noise(rng, self.columns["s"], noise[name], band) for name in noisy}
+
+    def table_with_noise(self, drawn: Mapping[str, FloatArray], half_wheelbase: Wheelbase, steps: int) -> FloatArray:
+        """Return the input table with noise as `draw_input_noise` returns it."""
+        if self.window_of is not None:
+            return self._window_rows(self.window_of.table_with_noise(drawn, half_wheelbase, steps), steps)
+        if not self.is_rig:
+            realisations = [drawn.get(name) for name in TRACK_COLUMNS]
+            return add_track(self.table(half_wheelbase, steps), self.columns["s"], realisations, half_wheelbase)
+        if not drawn:
             return self.table(half_wheelbase, steps)
-        noisy = {c: self.columns[c] + noise[c] * rng.standard_normal(self.samples) for c in inputs}
+        noisy = {c: self.columns[c] + x for c, x in drawn.items()}
         return _rig_table(self._without_motion_noise({**self.columns, **noisy}), self.dt, steps)
 
     def _without_motion_noise(self, columns: Mapping[str, FloatArray]) -> Mapping[str, FloatArray]:

@@ -15,7 +15,7 @@ from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate, nominal_fit, with_phases, with_stable_start
 from railui.identification.estimation.failed_fit import has_failed, retry_failed_fit
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.leave_one_out import leave_one_run_out
+from railui.identification.estimation.leave_one_out import LeftOutRun, leave_one_run_out
 from railui.identification.estimation.multiple_shooting import refit_hunting
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
@@ -29,7 +29,8 @@ from railui.identification.remainder import describe_remainder
 from railui.identification.result import LoopResult, run_independent_test, validate_final
 from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.freed_groups import freed_members_lower_error
-from railui.identification.structure.gain_forecast import predict_validation_gain
+from railui.identification.structure.gain_forecast import PredictedGains, predict_validation_gain
+from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stage import SelectionStep
 from railui.identification.structure.stepwise import Selection, StepwiseSelection
 from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
@@ -140,12 +141,14 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     validation_fit = prepare_validation(context, selection.fit)
     examination = _examine(context, base, selection, validation_fit)
     context, discrepancy, is_cut = examination.context, examination.discrepancy, examination.is_out_of_time
-    fit = _final_fit(context, base, selection, discrepancy, examination.floor, is_cut=is_cut)
-    base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
-    validations = _final_validations(context, base_fit, fit, discrepancy)
-    floor = estimate_noise_floor(context, fit.model, context.dataset.validation)
-    explained = explained_share(validations["before"], validations["after"], floor)
     scores = selection.final_score_test
+    final, (predicted_gains, left_out) = run_both(
+        lambda: _validated_final_fit(context, base, selection, examination),
+        lambda: ({}, []) if is_cut else _first_order_forecasts(context, selection.fit, validation_fit, scores),
+        context.jobs,
+    )
+    fit, base_fit, validations, floor = final
+    explained = explained_share(validations["before"], validations["after"], floor)
     remainder = describe_remainder(context, validations, floor, examination.evidence, scores, discrepancy)
     verdict = decide_verdict(
         context.settings.verdict,
@@ -162,11 +165,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     context.progress.message(
         f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"
     )
-    test, predicted_gains = run_both(
-        lambda: run_independent_test(context, base_fit, fit, discrepancy),
-        lambda: {} if is_cut else predict_validation_gain(context, validation_fit, scores),
-        context.jobs,
-    )
+    test = run_independent_test(context, base_fit, fit, discrepancy)
     return LoopResult(
         context,
         before=base_fit,
@@ -184,10 +183,40 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         is_failed_fit=base.is_failed,
         has_track_noise=examination.has_track_noise,
         is_out_of_time=is_cut,
-        left_out=() if is_cut else tuple(leave_one_run_out(context, selection.fit, validation_fit)),
+        left_out=tuple(left_out),
         predicted_gains=predicted_gains,
         freed=selection.freed,
     )
+
+
+class _Final(NamedTuple):
+    """The final fit, the one without effects, their validations on the whole runs, and the noise floor there."""
+
+    fit: Fit
+    base_fit: Fit
+    validations: dict[str, Validation]
+    floor: NoiseFloor
+
+
+def _validated_final_fit(context: Context, base: _Base, selection: Selection, examination: _Examination) -> _Final:
+    discrepancy = examination.discrepancy
+    is_cut = examination.is_out_of_time
+    fit = _final_fit(context, base, selection, discrepancy, examination.floor, is_cut=is_cut)
+    base_fit = fit if selection.fit is base.fit and discrepancy is None else base.fit
+    validations, floor = run_both(
+        lambda: _final_validations(context, base_fit, fit, discrepancy),
+        lambda: estimate_noise_floor(context, fit.model, context.dataset.validation),
+        context.jobs,
+    )
+    return _Final(fit, base_fit, validations, floor)
+
+
+def _first_order_forecasts(
+    context: Context, fit: Fit, validation_fit: Fit | None, scores: ScoreTestResult
+) -> tuple[PredictedGains, list[LeftOutRun]]:
+    """Predict the gains of effects on the validation runs, and the errors of a model estimated without each run."""
+    gains = predict_validation_gain(context, validation_fit, scores)
+    return gains, leave_one_run_out(context, fit, validation_fit)
 
 
 def _final_validations(
@@ -207,9 +236,12 @@ def _final_validations(
 def _examine(context: Context, base: _Base, selection: Selection, validation_fit: Fit | None) -> _Examination:
     """Compare the error with noise, and look for a discrepancy, on the runs that select effects."""
     settings = context.settings.selection
-    floor = estimate_noise_floor(context, selection.fit.model, context.dataset.selection)
+    floor, evidence = run_both(
+        lambda: estimate_noise_floor(context, selection.fit.model, context.dataset.selection),
+        lambda: examine_residual(context, selection.fit.model),
+        context.jobs,
+    )
     context.progress.event(floor)
-    evidence = examine_residual(context, selection.fit.model)
     is_without = selection.fit is base.fit and base.windowed is not None
     start = base.windowed if is_without and base.windowed is not None else selection.fit
     discrepancy = None

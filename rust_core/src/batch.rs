@@ -49,6 +49,14 @@ fn group_size(count: usize) -> usize {
     if 2 * count <= 3 * LANES { LANES / 2 } else { LANES }
 }
 
+/// Vehicles of a group whose channels are recorded: no more than the widest part takes, so that what is recorded stays in
+/// the cache; and those of one register where the form fills it as well as two.
+fn recorded_group_size(vehicles: &VehicleBatch<'_>, inputs: &InputTable<'_>) -> Result<usize> {
+    let size = group_size(vehicles.count).min(level().widest().max(LANES / 2));
+    let first = vehicles.group(LaneGroup { from: 0, live: vehicles.count.min(size) }, &[])?;
+    Ok(if Choice::of(&first, inputs.level).is_straight() { size.min(level().register()) } else { size })
+}
+
 impl VehicleBatch<'_> {
     /// One of them.
     pub fn single(&self, i: usize) -> Single<'_> {
@@ -132,8 +140,7 @@ pub fn simulate(
     let row = channels.len() * filter.map_or(samples, |f| f.kept_samples(samples));
     let mut out = vec![0.0; vehicles.count * row];
     let mut diverged = vec![None; vehicles.count];
-    // groups no wider than the widest part: what is recorded of them stays in the cache
-    let size = group_size(vehicles.count).min(level().widest().max(LANES / 2));
+    let size = recorded_group_size(vehicles, inputs)?;
     out.par_chunks_mut((size * row).max(1))
         .zip(diverged.par_chunks_mut(size))
         .zip(vehicles.lane_groups(size))

@@ -11,6 +11,7 @@ import os
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,51 +21,50 @@ from railui.identification.structure.minimum_detectable import minimum_detectabl
 from tests.blind.assessment import TrialRow, run_case, truth_of
 from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, with_detectable_effect
 from tests.blind.draw import LIMITS, LOOPS, draw_groups
+from tests.blind.simulation import simulate_cases
 from tests.blind.table import HEAD, format_row, totals, write_section
 from tests.trial_rows import append_rows, read_rows
-from tests.truth.campaign import Campaign, campaign, campaigns, write
+from tests.truth.campaign import write
 
-Job = tuple[tuple[PlantedCase, ...], Path, float, bool, int]
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a trial; store: directory of simulated campaigns, deadline: start no campaign after this time."""
+
+    directory: Path
+    deadline: float
+    store: Path | None = None
+    repeat: bool = False
+    threads: int = 1
+    simulate_only: bool = False
+
+
+Job = tuple[tuple[PlantedCase, ...], Options]
 
 
 def run_job(job: Job) -> list[TrialRow]:
     """Run the loop on the cases of a group; for detection limits, also with effects of the stated size."""
-    cases, directory, deadline, repeat, threads = job
-    if time.time() > deadline:
-        return []
-    done = list(_run_all(cases, directory, deadline, repeat, threads))
+    cases, options = job
+    done = list(_run_all(cases, options))
     rows = [row for _, row, _ in done]
     stated = [(case, limits) for case, _, result in done if result is not None and (limits := _limits(case, result))]
     for planted in _planted_cases(stated):
-        rows += [row for _, row, _ in _run_all(planted, directory, deadline, False, threads)]
+        rows += [row for _, row, _ in _run_all(planted, replace(options, repeat=False))]
     return rows
 
 
 def _run_all(
-    cases: Sequence[PlantedCase], directory: Path, deadline: float, repeat: bool, threads: int
+    cases: Sequence[PlantedCase], options: Options
 ) -> Iterator[tuple[PlantedCase, TrialRow, LoopResult | None]]:
-    if time.time() > deadline:
+    if time.time() > options.deadline:
         return
-    for case, truth in zip(cases, _simulated(cases), strict=True):
-        if truth is not None and time.time() <= deadline:
-            folder = directory / f"{case.order.name} {case.text}".replace(" ", "_").replace(",", "")
+    for case, truth in zip(cases, simulate_cases(cases, options.store), strict=True):
+        if truth is not None and not options.simulate_only and time.time() <= options.deadline:
+            folder = options.directory / f"{case.order.name} {case.text}".replace(" ", "_").replace(",", "")
             write(truth, folder)
-            row, result = run_case(case, truth_of(case, truth), folder, excluded=repeat, threads=threads)
+            excluded, threads = options.repeat, options.threads
+            row, result = run_case(case, truth_of(case, truth), folder, excluded=excluded, threads=threads)
             yield case, row, result
-
-
-def _simulated(cases: Sequence[PlantedCase]) -> list[Campaign | None]:
-    """Simulate campaigns together, or each alone where one cannot be simulated; None: every drawn vehicle derails."""
-    try:
-        return list(campaigns([case.order for case in cases]))
-    except (ArithmeticError, ValueError):
-        found: list[Campaign | None] = []
-        for case in cases:
-            try:
-                found.append(campaign(case.order))
-            except (ArithmeticError, ValueError):
-                found.append(None)
-        return found
 
 
 Limits = dict[tuple[str, str, int | None], dict[str, object]]
@@ -90,21 +90,12 @@ def _planted_cases(stated: Sequence[tuple[PlantedCase, Limits]]) -> Iterator[lis
         yield [with_detectable_effect(case, limits[common[k]], 1.0) for case, limits in stated]
 
 
-def run_trial(
-    groups: Sequence[tuple[PlantedCase, ...]],
-    directory: Path,
-    minutes: float,
-    processes: int,
-    repeat: bool,
-    threads: int = 1,
-) -> Iterator[list[TrialRow]]:
-    """Run the groups in processes, each loop on so many threads, and yield the rows of each as it finishes."""
-    deadline = time.time() + 60.0 * minutes
+def run_trial(groups: Sequence[tuple[PlantedCase, ...]], options: Options, processes: int) -> Iterator[list[TrialRow]]:
+    """Run the groups in processes, and yield the rows of each as it finishes."""
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the processes inherit it
-    jobs = [(group, directory, deadline, repeat, threads) for group in groups]
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
-        yield from pool.imap_unordered(run_job, jobs)
+        yield from pool.imap_unordered(run_job, [(group, options) for group in groups])
 
 
 def stored_rows(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[TrialRow]:
@@ -127,6 +118,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--threads", type=int, default=1, help="of each loop; for its use of two cores with --processes 1")
     p.add_argument("--repeat", action="store_true", help="repeat right results with the planted effect excluded")
     p.add_argument("--keep", type=Path, metavar="DIR", help="keep the campaigns in this directory")
+    p.add_argument("--simulated", type=Path, metavar="DIR", help="read the simulated campaigns from this directory")
+    p.add_argument("--simulate-only", action="store_true", help="fill that directory, and run no loop")
     p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append the rows of each group as it finishes")
     p.add_argument("--resume", action="store_true", help="leave out the groups that the output has")
     p.add_argument("--write", type=Path, metavar="MD", help="replace the section of the trial in a document")
@@ -136,9 +129,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     groups = [g for g in draw_groups(options.loops, options.seed, options.seconds) if g[0].order.seed not in done]
     with tempfile.TemporaryDirectory() as scratch:
         print(HEAD, flush=True)
-        directory = options.keep or Path(scratch)
-        trial = run_trial(groups, directory, options.minutes, options.processes, options.repeat, options.threads)
-        for found in trial:
+        trial = Options(
+            directory=options.keep or Path(scratch),
+            deadline=time.time() + 60.0 * options.minutes,
+            store=options.simulated,
+            repeat=options.repeat,
+            threads=options.threads,
+            simulate_only=options.simulate_only,
+        )
+        for found in run_trial(groups, trial, options.processes):
             print("".join(f"{format_row(row)}\n" for row in found), end="", flush=True)
             rows += found
             if options.output and found:

@@ -65,7 +65,8 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
         name: FaultSearch(settings, _transform(dataset, segments), _has_units(dataset), _rms(segments))
         for name, segments in runs.items()
     }
-    faults = merged_faults({name: s.find() for name, s in searches.items()}, searches, settings)
+    found = zip(searches, map_threads(FaultSearch.find, list(searches.values()), jobs), strict=True)
+    faults = merged_faults(dict(found), searches, settings)
     faults = [_unresolved(f, searches) for f in faults]
     if is_on_track:
         faults += _faults_by_response(dataset, runs, faults, jobs)

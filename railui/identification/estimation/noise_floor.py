@@ -188,11 +188,15 @@ def noise_weights(
     flat = kernel_filter(campaign, segment, np.ones(len(channels)))
     predictor = Predictor(model, segment, initial_state=initial_state, filter=flat)
     clean, diverged = predictor.simulate()
-    of_track = []
-    for _ in range(draws if diverged[0] < 0 else 0):
-        table = segment.noisy_table(noise, campaign.noise_band, rng, model.wheelset_spacing(), predictor.steps)
+    spacing = model.wheelset_spacing()
+
+    def variance_by_track(drawn: Mapping[str, FloatArray]) -> FloatArray | None:
+        table = segment.table_with_noise(drawn, spacing, predictor.steps)
         noisy, diverged = predictor.simulate(table=table)
-        of_track += [np.var(noisy[0] - clean[0], axis=1)] if diverged[0] < 0 else []
+        return np.var(noisy[0] - clean[0], axis=1) if diverged[0] < 0 else None
+
+    drawn = [segment.draw_input_noise(noise, campaign.noise_band, rng) for _ in range(draws if diverged[0] < 0 else 0)]
+    of_track = [x for x in map_threads(variance_by_track, drawn, context.jobs) if x is not None]
     if of_track:
         variance = variance + np.mean(of_track, axis=0)
     measured = comparison_filter(campaign, segment, segment.measured(channels)).var(axis=1)

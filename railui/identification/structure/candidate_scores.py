@@ -14,6 +14,7 @@ from railui.identification.structure.candidates import Candidate, list_candidate
 from railui.identification.structure.evidence import ScoreResult, family_wise_test
 from railui.identification.structure.preselection import preselect, ranked, undecided, with_best_shapes
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
+from railui.parallel import run_both
 
 NO_SCORE_TEST = ScoreTestResult((), (), 1.0, float("inf"), 0.0)
 
@@ -27,19 +28,24 @@ def score_test(
     The results of the others are extrapolated and rank behind all of these: chance correlates more with fewer samples.
     """
     settings = context.settings.score_test
-    full, others = ScoreTest(context, fit, fit.segments), tuple[ScoreResult, ...]()
+    others = tuple[ScoreResult, ...]()
     limit = settings.max_preselection_share * sum(t.measured.size for t in fit.segments)
     if not first or sum(t.measured.size for t in first) >= limit:
+        full = ScoreTest(context, fit, fit.segments)
         selected = full.run(candidates)
     else:
-        preselection = preselect(context, fit, candidates, first)
+        preselection, full = run_both(
+            lambda: preselect(context, fit, candidates, first),
+            lambda: ScoreTest(context, fit, fit.segments),
+            context.jobs,
+        )
         best = {s.candidate for s in ranked(preselection)[: settings.preselected_candidates]}
         best |= undecided(candidates, preselection, settings.min_remaining_share)
         selected = full.run([c for c in with_best_shapes(context, fit, candidates, preselection) if c in best])
         ratio = sum(t.measured.size for t in fit.segments) / sum(t.measured.size for t in first)
         others = tuple(s.extrapolate(ratio, full.block_count) for s in preselection if s.candidate not in best)
     results = (*selected, *others)
-    p, critical_score = family_wise_test(results, settings, context.seed, selected)
+    p, critical_score = family_wise_test(results, settings, context.seed, selected, jobs=context.jobs)
     best_first = (*ranked(selected), *ranked(others))
     return ScoreTestResult(results, best_first, p, critical_score, full.projector.rss, settings)
 

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.structure.candidates import Candidate
+from railui.parallel import map_threads
 
 LEAST_FREEDOM = 1.0
+BOOTSTRAP_PARTS = 4  # of the draws, over threads
 LONELY = 1e-6  # share of all other blocks below which a single block determines the amount
 
 
@@ -137,6 +139,8 @@ def family_wise_test(
     settings: ScoreTestSettings,
     seed: int,
     tested: Sequence[ScoreResult] | None = None,
+    *,
+    jobs: int | None = 1,
 ) -> tuple[float, float]:
     """Test the best score against the maximum over the library.
 
@@ -153,6 +157,8 @@ def family_wise_test(
         Seed of the random signs.
     tested
         Results of which the best is tested, by default all; p is 1 where there are none.
+    jobs
+        Number of threads; None for all.
 
     Returns
     -------
@@ -168,18 +174,24 @@ def family_wise_test(
     scores = np.array([s.z if s.candidate.is_one_sided else abs(s.z) for s in tested])
     rng = np.random.default_rng(np.random.SeedSequence([seed, 11]))
     signs = rng.choice([-1.0, 1.0], size=(settings.bootstrap_draws, noise.shape[1]))
-    drawn = signs @ noise.T
-    # each draw is divided by its own standard deviation, as the score is
     h = np.array([s.leverage for s in results])
     w = 1.0 / np.maximum(1.0 - h, LONELY) ** 2
-    square = (
-        np.sum(w * noise**2, axis=1) - 2 * drawn * (signs @ (w * h * noise).T) + drawn**2 * np.sum(w * h * h, axis=1)
-    )
-    for i, s in enumerate(results):
-        if s.quadrature_scores.size:
-            drawn[:, i], square[:, i] = _draw_with_phases(s, signs)
-    drawn = as_normal(drawn / np.sqrt(np.maximum(square, LONELY)), np.array([s.degrees_of_freedom for s in results]))
-    highest = np.where(is_one_sided, drawn, np.abs(drawn)).max(axis=1)
+    freedom = np.array([s.degrees_of_freedom for s in results])
+
+    def highest_scores(signs: FloatArray) -> FloatArray:
+        """Highest score [draw] of noise with signs [draw, block]."""
+        drawn = signs @ noise.T
+        # each draw is divided by its own standard deviation, as the score is
+        cross = signs @ (w * h * noise).T
+        square = np.sum(w * noise**2, axis=1) - 2 * drawn * cross + drawn**2 * np.sum(w * h * h, axis=1)
+        for i, s in enumerate(results):
+            if s.quadrature_scores.size:
+                drawn[:, i], square[:, i] = _draw_with_phases(s, signs)
+        drawn = as_normal(drawn / np.sqrt(np.maximum(square, LONELY)), freedom)
+        return np.asarray(np.where(is_one_sided, drawn, np.abs(drawn)).max(axis=1))
+
+    parts = np.array_split(signs, BOOTSTRAP_PARTS)  # as many with one thread: the digits are the same
+    highest = np.concatenate(list(map_threads(highest_scores, parts, jobs)))
     p = (1 + int(np.sum(highest >= scores.max()))) / (1 + settings.bootstrap_draws)
     return p, float(np.quantile(highest, 1.0 - settings.significance_level))
 
@@ -187,18 +199,26 @@ def family_wise_test(
 def _draw_with_phases(s: ScoreResult, signs: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Scores [draw] of noise with signs [draw, block] at the phases that explain most, and their squared deviation.
 
-    A periodic effect finds a phase for every segment in noise, too.
+    A periodic effect finds a phase for every segment in noise, too. With S and C the sums of the scores of a segment in
+    phase and in quadrature, its score is the length of (S, C), and c_S, c_C are the direction. The score of all
+    segments is D; the deviation of a block b is (c_S s_b + c_C q_b - h_b D) / (1 - h_b), whose squares are summed by
+    products with the signs.
     """
     h, sd = s.leverage, max(s.standard_deviation, 1e-300)
-    sine = signs * s.residual_scores / sd
-    drawn, in_phase = np.zeros(len(signs)), np.zeros(signs.shape)
+    w = 1.0 / np.maximum(1.0 - h, LONELY) ** 2
+    drawn, mixed, own = np.zeros((3, len(signs)))
     for segment in np.unique(s.segment_of_block):
         at = s.segment_of_block == segment
         leverage = h[at] / max(float(h[at].sum()), 1e-300)
-        cosine = signs[:, at] * s.quadrature_scores[at] / (np.maximum(1.0 - leverage, LONELY) * sd)
-        sums = np.stack([sine[:, at].sum(axis=1), cosine.sum(axis=1)])
-        length = np.maximum(np.linalg.norm(sums, axis=0), 1e-300)
-        in_phase[:, at] = (sums[0] / length)[:, None] * sine[:, at] + (sums[1] / length)[:, None] * cosine
+        sine = s.residual_scores[at] / sd
+        cosine = s.quadrature_scores[at] / (np.maximum(1.0 - leverage, LONELY) * sd)
+        weight = w[at] * h[at]
+        columns = np.stack([sine, cosine, weight * sine, weight * cosine], axis=1)
+        sums = (signs if at.all() else signs[:, at]) @ columns
+        length = np.maximum(np.hypot(sums[:, 0], sums[:, 1]), 1e-300)
+        in_phase, in_quadrature = sums[:, 0] / length, sums[:, 1] / length
         drawn += length
-    residual = (in_phase - h * drawn[:, None]) / np.maximum(1.0 - h, LONELY)
-    return drawn, np.asarray(np.sum(residual**2, axis=1))
+        mixed += in_phase * sums[:, 2] + in_quadrature * sums[:, 3]
+        squares = [float(np.sum(w[at] * x * y)) for x, y in ((sine, sine), (cosine, cosine), (sine, cosine))]
+        own += in_phase**2 * squares[0] + in_quadrature**2 * squares[1] + 2 * in_phase * in_quadrature * squares[2]
+    return drawn, own - 2 * drawn * mixed + drawn**2 * np.sum(w * h * h)

@@ -50,6 +50,11 @@ impl<'a> Choice<'a> {
         Choice::Fused { laws: group.touches(), accelerations: accelerations.into() }
     }
 
+    /// Is a step straight code without a call?
+    pub fn is_straight(&self) -> bool {
+        matches!(self, Choice::Bogie { ports: false, .. })
+    }
+
     /// Its name, that of the structure where it is known.
     pub fn name(&self) -> &'static str {
         match self {

@@ -27,6 +27,19 @@ impl Level {
         if self == Level::V4 && lanes <= 4 { Level::V3 } else { self }
     }
 
+    /// Lanes of one register.
+    pub fn register(self) -> usize {
+        match self {
+            Level::Portable => Portable::WIDTH,
+            #[cfg(target_arch = "x86_64")]
+            Level::V3 => V3::WIDTH,
+            #[cfg(target_arch = "x86_64")]
+            Level::V4 => V4::WIDTH,
+            #[cfg(not(target_arch = "x86_64"))]
+            Level::V3 | Level::V4 => unreachable!("instructions of x86-64"),
+        }
+    }
+
     /// Lanes of its widest part.
     pub fn widest(self) -> usize {
         match self {
