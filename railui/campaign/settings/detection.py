@@ -258,6 +258,12 @@ class SelectionSettings:
     )
     pair_shapes_of_candidate: int = setting(3, minimum=1, meaning="Shapes of one candidate among these, at most.")
     refitted_pairs: int = setting(5, minimum=1, meaning="Best pairs that are fitted together.")
+    hopeless_pair_ratio: float = setting(
+        5.0,
+        minimum=1.0,
+        meaning="Misfit that a pair leaves after a few iterations, over that of the accepted effects, above which it is"
+        " given up.",
+    )
     min_pair_difference: float = setting(
         0.02,
         maximum=1.0,

@@ -139,8 +139,11 @@ def projected_gram(test: ScoreTest, shapes: Sequence[ScoreResult]) -> tuple[list
     return results, gram, score
 
 
-def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore]) -> list[PairRefit]:
-    """Fit the best pairs together with all parameters, those near the least misfit to convergence; the best first."""
+def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore], max_share: float = np.inf) -> list[PairRefit]:
+    """Fit the best pairs together with all parameters, those near the least misfit to convergence; the best first.
+
+    max_share: misfit on the first part of the runs, over that without the pairs, above which a pair is given up.
+    """
     screening = ScreeningFits(context, fit)
     screened = []
     for pair, f in zip(pairs, map_threads(lambda p: _screen(screening, p), pairs, context.jobs), strict=True):
@@ -149,7 +152,8 @@ def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore]) -> list[
             context.progress.message(
                 f"  {pair.text:64s} rho^2 {pair.rho2:.3f}   misfit {share:.4f} of that without them"
             )
-            screened.append((pair, f))
+            if share <= max_share:
+                screened.append((pair, f))
     limit = context.settings.refit.converged_ratio * min((f.normal.rss for _, f in screened), default=0.0)
     close = [item for item in screened if item[1].normal.rss <= limit]
     refits = refit_leading_first(context, fit, close, limit, partial(_refit, context, fit))

@@ -13,6 +13,7 @@ from railui.identification.estimation.growing_windows import follow_motion, foll
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, reprepare_segments
+from railui.identification.estimation.track_noise import with_track_noise
 from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
 from railui.identification.prediction import DivergedError
@@ -129,13 +130,22 @@ class StepwiseSelection:
         """True where so little is left beyond noise that no further effect can gain enough."""
         return stage.validation.nrmse <= self.settings.adequate_ratio * floor.nrmse
 
-    def _is_unstructured(self, path: _Path) -> bool:
-        """True where accepted effects leave a residual without structure, and little of it."""
+    def _leaves_noise(self, path: _Path) -> bool:
+        """True where accepted effects leave a residual that is noise."""
         further = path.steps[path.accepted :]
-        if not path.accepted or not further or has_structure(self.context.settings.score_test, further[0].score_test):
+        if not path.accepted or not further:
             return False
-        nrmse = path.stages[path.accepted].validation.nrmse
-        return nrmse <= self.settings.unexplained_ratio * path.floor.nrmse
+        return self._is_noise(further[0].score_test, path.stages[path.accepted], path.floor)
+
+    def _is_noise(self, scores: ScoreTestResult, stage: Stage, floor: NoiseFloor) -> bool:
+        """True for a residual without structure that is small or, beside effects, as noise of the track leaves it."""
+        if has_structure(self.context.settings.score_test, scores):
+            return False
+        if not stage.validation.nrmse > self.settings.unexplained_ratio * floor.nrmse:
+            return True
+        if not stage.fit.model.effects:
+            return False
+        return with_track_noise(self.context, stage.fit.model, stage.validation, floor) is not None
 
     def _with_pair(self, path: _Path) -> _Path | None:
         """Look for a pair of effects where single ones leave a structure; None where none gains, or nothing is left.
@@ -144,7 +154,7 @@ class StepwiseSelection:
         at are noted in the steps.
         """
         accepted = path.stages[path.accepted]
-        if self._is_adequate(accepted, path.floor) or self.context.is_out_of_time or self._is_unstructured(path):
+        if self._is_adequate(accepted, path.floor) or self.context.is_out_of_time or self._leaves_noise(path):
             return None
         freed = self.rivals.freed_groups(accepted.fit).validation
         if freed is not None and freed.nrmse <= self.settings.adequate_ratio * path.floor.nrmse:
@@ -157,7 +167,8 @@ class StepwiseSelection:
                 continue
             fit = path.stages[base].fit if base else path.start
             try:
-                pairs, search = self._refit_best_pairs(fit, step.score_test)
+                share = accepted.fit.normal.rss / fit.normal.rss
+                pairs, search = self._refit_best_pairs(fit, step.score_test, share)
             except OutOfTimeError:
                 return None
             path.steps[base] = replace(step, pairs=search)
@@ -170,13 +181,18 @@ class StepwiseSelection:
             return _Path(steps, stages, base + 2, self._preliminary_floor(stage.fit), path.start)
         return None
 
-    def _refit_best_pairs(self, fit: Fit, scores: ScoreTestResult) -> tuple[PairRefit | None, PairSearch]:
-        """Score all pairs against the residual of a fit, refit the best, and select one."""
+    def _refit_best_pairs(
+        self, fit: Fit, scores: ScoreTestResult, accepted_share: float
+    ) -> tuple[PairRefit | None, PairSearch]:
+        """Score all pairs against the residual of a fit, refit the best, and select one.
+
+        accepted_share: misfit of the accepted model over that of the fit.
+        """
         test = ScoreTest(self.context, fit, scored_part(self.context, fit).segments)
         pairs, scored = score_pairs(test, scores)
         best = pairs[: self.settings.refitted_pairs]
         self.context.progress.message(f"{scored} pairs of effects scored, {len(best)} refitted")
-        refits = refit_pairs(self.context, fit, best)
+        refits = refit_pairs(self.context, fit, best, self.settings.hopeless_pair_ratio * accepted_share)
         return simplest_pair(refits, self.settings.simpler_misfit_ratio), PairSearch(scored, len(best))
 
     def _pair_stage(self, fit: Fit, pair: PairRefit) -> Stage | None:
@@ -214,8 +230,7 @@ class StepwiseSelection:
         scores = run_score_test(self.context, current)
         if self.context.is_out_of_time:
             return SelectionStep(scores, (), None), None
-        unstructured = not has_structure(self.context.settings.score_test, scores)
-        if unstructured and not nrmse > settings.unexplained_ratio * floor.nrmse:
+        if self._is_noise(scores, accepted, floor):
             return SelectionStep(scores, (), None), None
         with_absorbed = bool(nrmse > settings.absorbed_ratio * floor.nrmse)
         try:
