@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +13,11 @@ from railui.campaign.dataset import read_dataset
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
+from railui.identification.structure import pairs
 from railui.identification.structure.candidate_scores import run_score_test
 from railui.identification.structure.pairs import projected_gram, score_pairs, select_shapes
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
+from tests.blind.simulated import simulated_campaign
 from tests.truth.effects import effect
 from tests.truth.rig import Bench, write
 
@@ -57,10 +60,10 @@ def test_a_pair_explains_what_least_squares_with_both_differences_explains(score
 
 def test_the_best_pair_is_that_of_the_truth(scored):
     context, fit, scores = scored
-    pairs, count = score_pairs(ScoreTest(context, fit, fit.segments), scores)
-    assert count > len(pairs) > 5
-    assert {"quadratic_stiffness"} <= {c.kind for c in pairs[0].candidates}
-    assert all(s.amount > 0 for p in pairs for s in (p.first, p.second) if s.candidate.is_one_sided)
+    found, count = score_pairs(ScoreTest(context, fit, fit.segments), scores)
+    assert count > len(found) > 5
+    assert {"quadratic_stiffness"} <= {c.kind for c in found[0].candidates}
+    assert all(s.amount > 0 for p in found for s in (p.first, p.second) if s.candidate.is_one_sided)
 
 
 def test_no_pair_has_two_alike_effects(scored):
@@ -70,3 +73,22 @@ def test_no_pair_has_two_alike_effects(scored):
     fewer = score_pairs(ScoreTest(replace(context, settings=strict), fit, fit.segments), scores)[0]
     assert 0 < len(fewer) < len(some)
     assert all(p.first.candidate != p.second.candidate for p in some)
+
+
+@pytest.mark.parametrize(("max_share", "continued"), [(np.inf, ["good", "bad"]), (0.48, ["good"]), (0.4, [])])
+def test_pairs_that_leave_too_much_after_a_few_iterations_are_given_up(monkeypatch, max_share, continued):
+    def fit(rss):
+        return SimpleNamespace(normal=SimpleNamespace(rss=rss))
+
+    def refit(context, fit, misfit_limit, item):
+        refits.append(item[0].text)
+        return SimpleNamespace(rss=item[1].normal.rss)
+
+    refits = []
+    screened = {"good": fit(45.0), "bad": fit(50.0)}
+    monkeypatch.setattr(pairs, "ScreeningFits", lambda context, fit: SimpleNamespace(rss_without_effect=100.0))
+    monkeypatch.setattr(pairs, "_screen", lambda screening, pair: screened[pair.text])
+    monkeypatch.setattr(pairs, "_refit", refit)
+    scores = [SimpleNamespace(text=name, rho2=0.5) for name in screened]
+    result = pairs.refit_pairs(replace(simulated_campaign().context, jobs=1), fit(1e6), scores, max_share)
+    assert refits == continued and len(result) == len(continued)

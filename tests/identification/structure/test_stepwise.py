@@ -38,19 +38,31 @@ def scores(rho2: float) -> SimpleNamespace:
 
 
 @pytest.mark.parametrize(
-    ("accepted", "left", "nrmse", "ends"),
+    ("accepted", "left", "nrmse", "is_track_noise", "ends"),
     [
-        (1, 0.005, 0.12, True),  # 1.2 times the floor, without structure
-        (1, 0.2, 0.12, False),  # with structure
-        (1, 0.005, 0.16, False),  # too much is left
-        (0, 0.005, 0.12, False),  # no effect yet
+        (1, 0.005, 0.12, False, True),  # 1.2 times the floor, without structure
+        (1, 0.2, 0.12, True, False),  # with structure
+        (1, 0.005, 0.16, False, False),  # too much is left
+        (1, 0.005, 0.16, True, True),  # as noise of the track would leave it
+        (0, 0.005, 0.12, True, False),  # no effect yet
     ],
 )
-def test_no_pair_is_sought_where_effects_leave_little_and_no_structure(accepted, left, nrmse, ends):
+def test_no_pair_is_sought_where_effects_leave_noise(monkeypatch, accepted, left, nrmse, is_track_noise, ends):
+    found = (None, None) if is_track_noise else None
+    monkeypatch.setattr(stepwise, "with_track_noise", lambda context, model, validation, floor: found)
     steps = [SimpleNamespace(score_test=scores(0.8))] * accepted + [SimpleNamespace(score_test=scores(left))]
-    stages = [SimpleNamespace(validation=SimpleNamespace(nrmse=nrmse))] * (accepted + 1)
+    fit = SimpleNamespace(model=SimpleNamespace(effects=("friction",)))
+    stages = [SimpleNamespace(validation=SimpleNamespace(nrmse=nrmse), fit=fit)] * (accepted + 1)
     path = _Path(steps, stages, accepted, SimpleNamespace(nrmse=0.1), SimpleNamespace())
-    assert StepwiseSelection(simulated_campaign().context)._is_unstructured(path) is ends
+    assert StepwiseSelection(simulated_campaign().context)._leaves_noise(path) is ends
+
+
+def test_a_model_without_effects_is_not_left_to_noise_of_the_track(monkeypatch):
+    monkeypatch.setattr(stepwise, "with_track_noise", lambda context, model, validation, floor: (None, None))
+    fit = SimpleNamespace(model=SimpleNamespace(effects=()))
+    stage = SimpleNamespace(validation=SimpleNamespace(nrmse=0.16), fit=fit)
+    selection = StepwiseSelection(simulated_campaign().context)
+    assert not selection._is_noise(scores(0.005), stage, SimpleNamespace(nrmse=0.1))
 
 
 @pytest.mark.parametrize(("count", "jobs"), [(1, 4), (3, 1)])
