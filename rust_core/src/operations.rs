@@ -5,7 +5,7 @@ use crate::effects::Law;
 use crate::integrate::ride_statistics::RideSums;
 use crate::integrate::sample::RideAccumulator;
 use crate::rate::input_table::InputTable;
-use crate::simd::{Counted, Counts, Lanes, Part, STATES, counting};
+use crate::simd::{Counted, Counts, Dual, Lanes, Part, STATES, counting};
 use crate::vehicle::group::Group;
 use crate::vehicle::kinds::VehicleKind;
 use crate::vehicle::plain_bogie::PlainBogie;
@@ -50,8 +50,32 @@ fn rates_and_sample<const LAWS: bool, const SPIN: bool>(
     })
 }
 
+/// Operations of the four rates of a step on parts of a kind.
+fn rates_on<P: Part>(bogie: &PlainBogie<Lanes>, inputs: &InputTable<'_>) -> Counts {
+    let part = bogie.part::<P, true>(0);
+    let mut at = part.at_speed(inputs.row(0)[1]);
+    let (x, mut dx) = ([P::zero(); STATES], [P::zero(); STATES]);
+    counting(|| {
+        for index in SLOPES {
+            part.rate::<true, true, true>(index, inputs.row(index), &mut at, &x, &mut dx);
+        }
+    })
+}
+
 /// Operations of a step of a job of `railui bench`.
 fn count_job(effects: &[(Law, &[f64])], reduced: bool, channels: &[&str], comfort: bool) -> Counts {
+    in_job(effects, reduced, channels, comfort, |group, inputs, sums| count_step(group, inputs, sums))
+        .expect("a plain bogie")
+}
+
+/// Use the vehicle of a job of `railui bench`, its input table and its sums.
+fn in_job<T>(
+    effects: &[(Law, &[f64])],
+    reduced: bool,
+    channels: &[&str],
+    comfort: bool,
+    using: impl FnOnce(&Group, &InputTable<'_>, &RideSums) -> T,
+) -> T {
     let mut numbers =
         vec![2900.0, 3300.0, 1850.0, 1050.0, 120.0, 1.28, 0.75, 1.0, 0.46, 55e3, 3e6, 8e6, 0.2e6, 0.2e6, 3e4, 3e4];
     let (angle, roll, spin) = if reduced { (0.0, 0.0, 0.0) } else { (0.05, 0.05, 0.25) };
@@ -93,17 +117,29 @@ fn count_job(effects: &[(Law, &[f64])], reduced: bool, channels: &[&str], comfor
     let table = row.repeat(5);
     let inputs = InputTable::new(&table, 14, 1, 0.0025);
     let (group, sums) = vehicles.first_group(&statistics_request, inputs.samples()).expect("a group");
-    count_step(&group, &inputs, &sums).expect("a plain bogie")
+    using(&group, &inputs, &sums)
+}
+
+const SATURATION: (Law, &[f64]) = (Law::CreepSaturation, &[0.35]);
+const FLANGE: (Law, &[f64]) = (Law::FlangeContact, &[7e-3, 14.6e6]);
+
+/// A Jacobian of p parameters takes 1 + p vehicles by differences, and p vehicles of dual numbers, which cost more each.
+#[test]
+fn a_vehicle_of_dual_numbers_takes_more_than_twice_the_operations_of_another() {
+    let (one, dual) = in_job(&[SATURATION, FLANGE], false, &["e1", "e2"], false, |group, inputs, _| {
+        let bogie = group.fully_plain().expect("a plain bogie");
+        (rates_on::<Counted>(bogie, inputs).all(), rates_on::<Dual<Counted>>(bogie, inputs).all())
+    });
+    assert!(dual > 2 * one, "{dual} and {one}");
+    println!("dual numbers: {dual} operations, {:.2} times {one}", dual as f64 / one as f64);
 }
 
 #[test]
 fn the_table_of_operations_is_that_of_the_kernel() {
-    let saturation: (Law, &[f64]) = (Law::CreepSaturation, &[0.35]);
-    let flange: (Law, &[f64]) = (Law::FlangeContact, &[7e-3, 14.6e6]);
     let jobs = [
-        ("full", count_job(&[saturation, flange], false, &["e1", "e2", "ayf"], true)),
-        ("without comfort", count_job(&[saturation, flange], false, &["e1", "e2"], false)),
-        ("reduced", count_job(&[saturation, flange], true, &["e1"], false)),
+        ("full", count_job(&[SATURATION, FLANGE], false, &["e1", "e2", "ayf"], true)),
+        ("without comfort", count_job(&[SATURATION, FLANGE], false, &["e1", "e2"], false)),
+        ("reduced", count_job(&[SATURATION, FLANGE], true, &["e1"], false)),
     ];
     let mut counted = String::from("job,fused,products,sums,choices,roots,quotients\n");
     for (name, c) in jobs {

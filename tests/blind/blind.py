@@ -10,9 +10,12 @@ import multiprocessing
 import os
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,11 +23,13 @@ from railui.identification.result import LoopResult
 from railui.identification.structure.minimum_detectable import minimum_detectable_effects
 from tests.blind.assessment import TrialRow, run_case, truth_of
 from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, with_detectable_effect
-from tests.blind.draw import LIMITS, LOOPS, draw_groups
-from tests.blind.simulation import simulate_cases
+from tests.blind.draw import LIMITS, LOOPS, draw_trial
+from tests.blind.simulation import simulate, simulation_groups, stored_campaign
 from tests.blind.table import HEAD, format_row, totals, write_section
 from tests.trial_rows import append_rows, read_rows
 from tests.truth.campaign import write
+
+Limits = dict[tuple[str, str, int | None], dict[str, object]]
 
 
 @dataclass(frozen=True)
@@ -32,42 +37,54 @@ class Options:
     """Options of a trial; store: directory of simulated campaigns, deadline: start no campaign after this time."""
 
     directory: Path
+    store: Path
     deadline: float
-    store: Path | None = None
     repeat: bool = False
     threads: int = 1
     simulate_only: bool = False
 
 
-Job = tuple[tuple[PlantedCase, ...], Options]
+@dataclass(frozen=True)
+class Simulated:
+    """Cases whose campaigns are in the store."""
+
+    cases: Sequence[PlantedCase]
 
 
-def run_job(job: Job) -> list[TrialRow]:
-    """Run the loop on the cases of a group; for detection limits, also with effects of the stated size."""
-    cases, options = job
-    done = list(_run_all(cases, options))
-    rows = [row for _, row, _ in done]
-    stated = [(case, limits) for case, _, result in done if result is not None and (limits := _limits(case, result))]
-    for planted in _planted_cases(stated):
-        rows += [row for _, row, _ in _run_all(planted, replace(options, repeat=False))]
-    return rows
+@dataclass(frozen=True)
+class Ran:
+    """A case whose loop has run, or could not; for detection limits, cases with effects of the stated size."""
+
+    case: PlantedCase
+    row: TrialRow | None = None
+    planted: Sequence[PlantedCase] = ()
 
 
-def _run_all(
-    cases: Sequence[PlantedCase], options: Options
-) -> Iterator[tuple[PlantedCase, TrialRow, LoopResult | None]]:
+def run_simulation(cases: Sequence[PlantedCase], options: Options) -> Simulated:
+    """Simulate campaigns; none after the deadline."""
     if time.time() > options.deadline:
-        return
-    for case, truth in zip(cases, simulate_cases(cases, options.store), strict=True):
-        if truth is not None and not options.simulate_only and time.time() <= options.deadline:
-            folder = options.directory / f"{case.order.name} {case.text}".replace(" ", "_").replace(",", "")
-            write(truth, folder)
-            excluded, threads = options.repeat, options.threads
-            row, result = run_case(case, truth_of(case, truth), folder, excluded=excluded, threads=threads)
-            yield case, row, result
+        return Simulated(())
+    simulate(cases, options.store)
+    return Simulated(cases)
 
 
-Limits = dict[tuple[str, str, int | None], dict[str, object]]
+def run_loop(case: PlantedCase, options: Options) -> Ran:
+    """Run the loop on the campaign of a case."""
+    campaign = stored_campaign(case, options.store)
+    if campaign is None or time.time() > options.deadline:
+        return Ran(case)
+    folder = options.directory / f"{case.order.name} {case.text}".replace(" ", "_").replace(",", "")
+    write(campaign, folder)
+    excluded = options.repeat and case.sort != "floor"
+    row, result = run_case(case, truth_of(case, campaign), folder, excluded=excluded, threads=options.threads)
+    return Ran(case, row, [] if result is None else planted_cases(case, result))
+
+
+def planted_cases(case: PlantedCase, result: LoopResult) -> list[PlantedCase]:
+    """Plant effects of the minimum detectable size that the result states, chosen at random."""
+    limits = _limits(case, result)
+    chosen = np.random.default_rng([case.order.seed, 43]).permutation(len(limits))[:LIMITS]
+    return [with_detectable_effect(case, list(limits.values())[k], 1.0) for k in chosen]
 
 
 def _limits(case: PlantedCase, result: LoopResult) -> Limits:
@@ -80,22 +97,39 @@ def _limits(case: PlantedCase, result: LoopResult) -> Limits:
     return {(r["kind"], r["at"], r["wheelset"]): r for r in usable}
 
 
-def _planted_cases(stated: Sequence[tuple[PlantedCase, Limits]]) -> Iterator[list[PlantedCase]]:
-    """Plant effects of the stated size that all campaigns of a group have, chosen at random."""
-    if not stated:
-        return
-    common = [key for key in stated[0][1] if all(key in limits for _, limits in stated)]
-    rng = np.random.default_rng([stated[0][0].order.seed, 43])
-    for k in rng.permutation(len(common))[:LIMITS]:
-        yield [with_detectable_effect(case, limits[common[k]], 1.0) for case, limits in stated]
+def run_trial(cases: Sequence[PlantedCase], options: Options, processes: int) -> Iterator[TrialRow]:
+    """Simulate the campaigns, those of alike time step together, run the loop on each and yield its row.
 
-
-def run_trial(groups: Sequence[tuple[PlantedCase, ...]], options: Options, processes: int) -> Iterator[list[TrialRow]]:
-    """Run the groups in processes, and yield the rows of each as it finishes."""
+    When the loops of all campaigns for detection limits have run, those with effects of the stated size follow.
+    """
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(variable, "1")  # the processes inherit it
-    with multiprocessing.get_context("spawn").Pool(processes) as pool:
-        yield from pool.imap_unordered(run_job, [(group, options) for group in groups])
+    limits = {case.order.seed for case in cases if case.sort == "limit"}
+    planted: list[PlantedCase] = []
+    with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
+
+        def submit(cases: Sequence[PlantedCase]) -> set[Future[Any]]:
+            groups = simulation_groups(cases, options.store)
+            lacking = {id(case) for group in groups for case in group}
+            ready = [case for case in cases if id(case) not in lacking]
+            started = {pool.submit(run_simulation, group, options) for group in groups}
+            return started if options.simulate_only else started | {pool.submit(run_loop, c, options) for c in ready}
+
+        pending = submit(sorted(cases, key=lambda case: case.sort != "limit"))
+        while pending:
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for found in (future.result() for future in done):
+                if isinstance(found, Simulated):
+                    if not options.simulate_only:
+                        pending |= {pool.submit(run_loop, case, options) for case in found.cases}
+                    continue
+                if found.row is not None:
+                    yield found.row
+                planted += found.planted
+                if found.case.sort == "limit":
+                    limits.discard(found.case.order.seed)
+                    if not limits:
+                        pending |= submit(planted)
 
 
 def stored_rows(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[TrialRow]:
@@ -121,27 +155,35 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--simulated", type=Path, metavar="DIR", help="read the simulated campaigns from this directory")
     p.add_argument("--simulate-only", action="store_true", help="fill that directory, and run no loop")
     p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append the rows of each group as it finishes")
-    p.add_argument("--resume", action="store_true", help="leave out the groups that the output has")
+    p.add_argument("--resume", action="store_true", help="leave out the campaigns that the output has")
     p.add_argument("--write", type=Path, metavar="MD", help="replace the section of the trial in a document")
     options = p.parse_args(arguments)
     rows = stored_rows(p, options)
-    done = {row.number for row in rows}
-    groups = [g for g in draw_groups(options.loops, options.seed, options.seconds) if g[0].order.seed not in done]
+    done = {(row.number, row.planted) for row in rows}
+    at_limit = Counter(row.number for row in rows if row.sort == "floor")
+
+    def is_done(case: PlantedCase) -> bool:
+        complete = case.sort != "limit" or at_limit[case.order.seed] == LIMITS
+        return complete and (case.order.seed, case.text) in done
+
+    cases = [case for case in draw_trial(options.loops, options.seed, options.seconds) if not is_done(case)]
     with tempfile.TemporaryDirectory() as scratch:
         print(HEAD, flush=True)
         trial = Options(
             directory=options.keep or Path(scratch),
             deadline=time.time() + 60.0 * options.minutes,
-            store=options.simulated,
+            store=options.simulated or Path(scratch) / "simulated",
             repeat=options.repeat,
             threads=options.threads,
             simulate_only=options.simulate_only,
         )
-        for found in run_trial(groups, trial, options.processes):
-            print("".join(f"{format_row(row)}\n" for row in found), end="", flush=True)
-            rows += found
-            if options.output and found:
-                append_rows(options.output, found)
+        for row in run_trial(cases, trial, options.processes):
+            if (row.number, row.planted) in done:
+                continue
+            print(format_row(row), flush=True)
+            rows.append(row)
+            if options.output:
+                append_rows(options.output, [row])
     lines = totals(rows)
     print("\n".join(["", *lines]))
     if options.write:

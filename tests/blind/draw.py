@@ -1,4 +1,4 @@
-"""Random cases of the trial, in groups of campaigns that share a planted structure: they are simulated together."""
+"""Random cases of the trial; campaigns of a group share a planted structure."""
 
 from __future__ import annotations
 
@@ -37,14 +37,15 @@ NOISE: tuple[tuple[float, dict[str, Any]], ...] = (
 )
 
 
-def draw_groups(loops: int, seed: int, seconds: Sequence[float]) -> list[tuple[PlantedCase, ...]]:
-    """Draw groups of cases in random order, for about so many loops."""
+def draw_trial(loops: int, seed: int, seconds: Sequence[float]) -> list[PlantedCase]:
+    """Draw cases, their groups in random order, for about so many loops."""
     rng = np.random.default_rng([seed, 47])
     counts = {sort: max(round(n * loops / LOOPS), 1 if loops >= LOOPS // 4 else 0) for sort, n in GROUPS.items()}
     if not any(counts.values()):
         counts["limit"] = 1
     sorts = [sort for sort, n in counts.items() for _ in range(n)]
-    return [_group(rng, sorts[i], seed + GROUP * k, seconds) for k, i in enumerate(rng.permutation(len(sorts)))]
+    groups = [_group(rng, sorts[i], seed + GROUP * k, seconds) for k, i in enumerate(rng.permutation(len(sorts)))]
+    return [case for group in groups for case in group]
 
 
 def _group(rng: np.random.Generator, sort: str, seed: int, seconds: Sequence[float]) -> tuple[PlantedCase, ...]:

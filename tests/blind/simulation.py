@@ -1,43 +1,40 @@
-"""Simulated campaigns of a group of cases, kept in files: a trial can be repeated without simulating them again."""
+"""Simulated campaigns of a trial, many side by side, kept in files so that a trial can be repeated."""
 
 from __future__ import annotations
 
+import hashlib
 import pickle
 from collections.abc import Sequence
 from pathlib import Path
 
 from tests.blind.cases import PlantedCase
-from tests.truth.campaign import Campaign, campaign, campaigns
+from tests.truth.campaign import Campaign, steps_of, try_campaigns
 
-Campaigns = list[Campaign | None]
+GROUP = 24  # campaigns simulated side by side
 
 
-def simulate_cases(cases: Sequence[PlantedCase], store: Path | None = None) -> Campaigns:
-    """Simulate the campaigns of a group, or read them from the store; None: every drawn vehicle derails."""
-    if store is None:
-        return _simulate(cases)
-    orders = [case.order for case in cases]
-    path = store / f"{cases[0].order.name} {cases[0].text}.pickle".replace(" ", "_").replace("/", "_")
-    if path.exists():
-        stored_orders, found = pickle.loads(path.read_bytes())
-        if stored_orders == orders:
-            return list(found)
-    found = _simulate(cases)
+def simulation_groups(cases: Sequence[PlantedCase], store: Path) -> list[list[PlantedCase]]:
+    """Group the cases that the store lacks by their time step, the quickest first."""
+    lacking = [case for case in cases if not path_of(case, store).exists()]
+    steps = [(steps_of(case.order) - 1).bit_length() for case in lacking]
+    alike = [[case for case, n in zip(lacking, steps, strict=True) if n == some] for some in sorted(set(steps))]
+    return [some[i : i + GROUP] for some in alike for i in range(0, len(some), GROUP)]
+
+
+def simulate(cases: Sequence[PlantedCase], store: Path) -> None:
+    """Simulate campaigns side by side and store them; None for one whose drawn vehicles all derail."""
     store.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(pickle.dumps((orders, found)))
-    return found
+    found = try_campaigns([case.order for case in cases], round_steps=True)
+    for case, campaign in zip(cases, found, strict=True):
+        path_of(case, store).write_bytes(pickle.dumps(campaign))
 
 
-def _simulate(cases: Sequence[PlantedCase]) -> Campaigns:
-    """Simulate campaigns together, or each alone where one cannot be simulated."""
-    try:
-        return list(campaigns([case.order for case in cases]))
-    except (ArithmeticError, ValueError):
-        return [_simulate_alone(case) for case in cases]
+def stored_campaign(case: PlantedCase, store: Path) -> Campaign | None:
+    """Read the campaign of a case from the store."""
+    campaign: Campaign | None = pickle.loads(path_of(case, store).read_bytes())
+    return campaign
 
 
-def _simulate_alone(case: PlantedCase) -> Campaign | None:
-    try:
-        return campaign(case.order)
-    except (ArithmeticError, ValueError):
-        return None
+def path_of(case: PlantedCase, store: Path) -> Path:
+    """File of a campaign: by its number, and all that it depends on."""
+    return store / f"{case.order.seed}_{hashlib.sha256(repr(case.order).encode()).hexdigest()[:16]}.pickle"

@@ -47,9 +47,6 @@ DECAY = 1.0  # 1/s: least decay of the true vehicle's small motions at the speed
 WIDEST = 0.03  # m: a wheelset further out would have left the rails; another vehicle is drawn
 
 
-Structure = tuple[int, float, tuple[tuple[str, str, int | None], ...]]
-
-
 @dataclass(frozen=True)
 class Order:
     """Specification of a campaign; its runs are a, b, ...: the last is for validation, the others for estimation."""
@@ -132,16 +129,29 @@ def _prepare(order: Order, attempt: int) -> tuple[Vehicle, list[Table], list[lis
     return vehicle, tables, effects
 
 
-def campaigns(orders: Sequence[Order]) -> list[Campaign]:
-    """Many campaigns; those of one structure run side by side. Raises where all tries derail."""
+def campaigns(orders: Sequence[Order], *, round_steps: bool = False) -> list[Campaign]:
+    """Many campaigns; those of one number of steps run side by side. Raises where all tries derail.
+
+    round_steps: round the steps per sample up to a power of two, so that more run side by side.
+    """
+    found = try_campaigns(orders, round_steps=round_steps)
+    if missing := [order.name for order, one in zip(orders, found, strict=True) if one is None]:
+        raise ArithmeticError(f"{', '.join(missing)}: derails every time; weaken the effects or the track")
+    return [one for one in found if one is not None]
+
+
+def try_campaigns(orders: Sequence[Order], *, round_steps: bool = False) -> list[Campaign | None]:
+    """As `campaigns`; None where all tries derail."""
     done: dict[int, Campaign] = {}
     for attempt in range(6):
         open_ones = [k for k, x in enumerate(orders) if k not in done and (x.vehicle is None or not attempt)]
         pending = {k: _prepare(orders[k], attempt) for k in open_ones}
-        alike: dict[Structure, list[int]] = {}
+        alike: dict[tuple[int, float], list[int]] = {}
         for k, what in pending.items():
-            alike.setdefault(_structure(orders[k], *what), []).append(k)
-        for (steps, _, _), members in alike.items():
+            steps = _steps(orders[k], *what)
+            steps = 1 << (steps - 1).bit_length() if round_steps else steps
+            alike.setdefault((steps, orders[k].rate), []).append(k)
+        for (steps, _), members in alike.items():
             vehicles = [pending[k][0] for k in members for _ in orders[k].speeds]
             tables = [run for k in members for run in pending[k][1]]
             effects = [one for k in members for one in pending[k][2]]
@@ -150,17 +160,18 @@ def campaigns(orders: Sequence[Order]) -> list[Campaign]:
                 own, seen = seen[: len(orders[k].speeds)], seen[len(orders[k].speeds) :]
                 if all(max(np.abs(c["e1"]).max(), np.abs(c["e2"]).max()) < WIDEST for c in own):
                     done[k] = _recorded(orders[k], pending[k], own, steps)
-    if missing := [order.name for k, order in enumerate(orders) if k not in done]:
-        raise ArithmeticError(f"{', '.join(missing)}: derails every time; weaken the effects or the track")
-    return [done[k] for k in range(len(orders))]
+    return [done.get(k) for k in range(len(orders))]
 
 
-def _structure(order: Order, vehicle: Vehicle, tables: list[Table], effects: list[list[Effect]]) -> Structure:
-    """Steps per sample, samples per second and where which effects sit."""
+def steps_of(order: Order) -> int:
+    """Integration steps per sample that the first try of a campaign needs."""
+    return _steps(order, *_prepare(order, 0))
+
+
+def _steps(order: Order, vehicle: Vehicle, tables: list[Table], effects: list[list[Effect]]) -> int:
     bogies = [Bogie([vehicle], [one]) for one in effects]
     slowest = [float(run.v.min()) for run in tables]
-    steps = order.steps or max(steps_for(b, v, 1.0 / order.rate) for b, v in zip(bogies, slowest, strict=True))
-    return steps, order.rate, tuple((e.kind, e.at, e.wheelset) for e in effects[0])
+    return order.steps or max(steps_for(b, v, 1.0 / order.rate) for b, v in zip(bogies, slowest, strict=True))
 
 
 def campaign(order: Order) -> Campaign:
