@@ -199,6 +199,7 @@ class _Final(NamedTuple):
 
 
 def _validated_final_fit(context: Context, base: _Base, selection: Selection, examination: _Examination) -> _Final:
+    """Take the last step of the estimation, and validate the model on the whole runs."""
     discrepancy = examination.discrepancy
     is_cut = examination.is_out_of_time
     fit = _final_fit(context, base, selection, discrepancy, examination.floor, is_cut=is_cut)

@@ -64,8 +64,7 @@ fn rates_on<P: Part>(bogie: &PlainBogie<Lanes>, inputs: &InputTable<'_>) -> Coun
 
 /// Operations of a step of a job of `railui bench`.
 fn count_job(effects: &[(Law, &[f64])], reduced: bool, channels: &[&str], comfort: bool) -> Counts {
-    in_job(effects, reduced, channels, comfort, |group, inputs, sums| count_step(group, inputs, sums))
-        .expect("a plain bogie")
+    in_job(effects, reduced, channels, comfort, count_step).expect("a plain bogie")
 }
 
 /// Use the vehicle of a job of `railui bench`, its input table and its sums.

@@ -263,6 +263,7 @@ class SelectionSettings:
         minimum=1.0,
         meaning="Misfit that a pair leaves after a few iterations, over that of the accepted effects, above which it is"
         " given up.",
+        provenance="conventional: a few iterations leave most of the way to the minimum behind them",
     )
     min_pair_difference: float = setting(
         0.02,
