@@ -154,7 +154,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--keep", type=Path, metavar="DIR", help="keep the campaigns in this directory")
     p.add_argument("--simulated", type=Path, metavar="DIR", help="read the simulated campaigns from this directory")
     p.add_argument("--simulate-only", action="store_true", help="fill that directory, and run no loop")
-    p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append the rows of each group as it finishes")
+    p.add_argument("-o", "--output", type=Path, metavar="CSV", help="append each row as it is known")
     p.add_argument("--resume", action="store_true", help="leave out the campaigns that the output has")
     p.add_argument("--write", type=Path, metavar="MD", help="replace the section of the trial in a document")
     options = p.parse_args(arguments)

@@ -18,6 +18,7 @@ from tests.blind.assessment import TrialRow, Truth, run_case
 from tests.blind.blind import stored_rows
 from tests.blind.coach_cases import CoachCase, draw_coaches
 from tests.blind.coach_table import MARKS, coach_totals
+from tests.blind.simulation import grouped
 from tests.blind.table import HEAD, format_row, write_section
 from tests.trial_rows import append_rows
 from tests.truth.coach_campaign import drawn, steps_of, true_values, write_campaigns
@@ -68,9 +69,7 @@ def run_trial(cases: Sequence[CoachCase], directory: Path, processes: int) -> It
 
 def groups_of(cases: Sequence[CoachCase]) -> list[list[CoachCase]]:
     """Group campaigns of the same time step, the quickest first."""
-    steps = [steps_of(case.order) for case in cases]
-    alike = [[case for case, n in zip(cases, steps, strict=True) if n == some] for some in sorted(set(steps))]
-    return [some[i : i + GROUP] for some in alike for i in range(0, len(some), GROUP)]
+    return grouped(cases, [steps_of(case.order) for case in cases], GROUP)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

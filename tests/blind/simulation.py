@@ -6,10 +6,12 @@ import hashlib
 import pickle
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from tests.blind.cases import PlantedCase
 from tests.truth.campaign import Campaign, steps_of, try_campaigns
 
+Case = TypeVar("Case")
 GROUP = 24  # campaigns simulated side by side
 
 
@@ -17,8 +19,13 @@ def simulation_groups(cases: Sequence[PlantedCase], store: Path) -> list[list[Pl
     """Group the cases that the store lacks by their time step, the quickest first."""
     lacking = [case for case in cases if not path_of(case, store).exists()]
     steps = [(steps_of(case.order) - 1).bit_length() for case in lacking]
-    alike = [[case for case, n in zip(lacking, steps, strict=True) if n == some] for some in sorted(set(steps))]
-    return [some[i : i + GROUP] for some in alike for i in range(0, len(some), GROUP)]
+    return grouped(lacking, steps, GROUP)
+
+
+def grouped(cases: Sequence[Case], steps: Sequence[int], size: int) -> list[list[Case]]:
+    """Group cases of the same number of steps, at most so many together, those with fewest steps first."""
+    alike = [[case for case, n in zip(cases, steps, strict=True) if n == some] for some in sorted(set(steps))]
+    return [some[i : i + size] for some in alike for i in range(0, len(some), size)]
 
 
 def simulate(cases: Sequence[PlantedCase], store: Path) -> None:

@@ -138,7 +138,7 @@ class StepwiseSelection:
         return self._is_noise(further[0].score_test, path.stages[path.accepted], path.floor)
 
     def _is_noise(self, scores: ScoreTestResult, stage: Stage, floor: NoiseFloor) -> bool:
-        """True for a residual without structure that is small or, beside effects, as noise of the track leaves it."""
+        """True for a residual without structure that is small or, with effects in the model, may be track noise."""
         if has_structure(self.context.settings.score_test, scores):
             return False
         if not stage.validation.nrmse > self.settings.unexplained_ratio * floor.nrmse:
