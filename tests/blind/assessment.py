@@ -133,10 +133,10 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
     named = added_effects(result)
     words = [f"{e.kind} {e.at}{f' {e.wheelset}' if e.wheelset else ''}" for e in named]
     discrepancy = result.discrepancy
-    located = discrepancy is not None and discrepancy.is_located(result.context.settings.verdict)
+    locations = discrepancy.locations(result.context.settings.verdict) if discrepancy is not None else []
     if discrepancy is not None:
-        wheelset = f" {discrepancy.wheelset}" if discrepancy.wheelset else ""
-        words.append(f"outside {discrepancy.at}{wheelset}" if located else "outside, not located")
+        found = " or ".join(f"{at} {number}" if number else at for at, number, _ in locations)
+        words.append(f"outside {found}" if locations else "outside, not located")
     errors = {k: j.nrmse for k, j in result.validations.items()}
     name: bool | None
     kind: bool | None
@@ -145,9 +145,9 @@ def assess(case: PlantedCase, result: LoopResult) -> TrialRow:
         name = kind = place = result.verdict == "none"
     elif case.sort == "outside":
         name, kind = None, result.verdict == "outside"
-        at = discrepancy.at if discrepancy is not None and located else ""
         true_at = joint_of(case.effects[0].at)
-        place = joint_of(at) in EQUIVALENT_LOCATIONS.get(true_at, (true_at,)) if at else None
+        possible = {joint_of(at) for at, _, _ in locations}
+        place = bool(possible & {*EQUIVALENT_LOCATIONS.get(true_at, (true_at,))}) if possible else None
     else:
         classes = [kinds for step in result.steps if (kinds := indistinguishable_kinds(result.context, step))]
         first = [{x for kinds in classes for x in kinds if e.kind in kinds} | {e.kind} for e in named]

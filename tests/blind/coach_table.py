@@ -7,7 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from tests.blind.assessment import ADEQUATE_RATIO, TrialRow
-from tests.blind.table import MATERIAL_RATIO, TABLE_HEAD, coverage, format_total, is_of_effect, times
+from tests.blind.table import (
+    MATERIAL_RATIO,
+    TABLE_HEAD,
+    coverage,
+    format_total,
+    is_of_effect,
+    location_lines,
+    times,
+)
 
 MARKS = ("<!-- coaches -->", "<!-- end of coaches -->")
 ON_FLOOR = "frames and floor"
@@ -69,10 +77,7 @@ def coach_totals(rows: Sequence[TrialRow]) -> list[str]:
             format_total(f"outside the library: verdict `{verdict}`", [x.verdict == verdict for x in outside])
             for verdict in ("outside", "partial", "none", "effect", "data")
         ),
-        format_total(
-            "outside the library: its location, of those with the verdict `outside`",
-            [bool(x.right_place) for x in outside if x.verdict == "outside"],
-        ),
+        *location_lines(outside),
         format_total("all campaigns: at the noise floor by an effect that is neither planted nor alike",
                      [names_wrongly(x) for x in rows]),
         format_total("effects planted: verdict `partial`", [x.verdict == "partial" for x in planted]),

@@ -135,10 +135,7 @@ def totals(rows: Sequence[TrialRow]) -> list[str]:
             format_total(f"outside the library: verdict `{verdict}`", [x.verdict == verdict for x in outside])
             for verdict in ("outside", "partial", "none", "data")
         ),
-        format_total(
-            "outside the library: its location, of those with the verdict `outside`",
-            [bool(x.right_place) for x in outside if x.verdict == "outside"],
-        ),
+        *location_lines(outside),
         format_total(
             "outside the library: an effect of the library named instead",
             [x.verdict == "effect" and x.after <= ADEQUATE_RATIO * x.floor for x in outside],
@@ -160,6 +157,19 @@ def totals(rows: Sequence[TrialRow]) -> list[str]:
                                                         for x in rows]),
     ]  # fmt: skip
     return [*lines, *times(rows)]
+
+
+def location_lines(outside: Sequence[TrialRow]) -> list[str]:
+    """Format how many discrepancies outside the library were located, at one location or at one of several."""
+    recognised = [x for x in outside if x.verdict == "outside"]
+    several = [x for x in recognised if " or " in x.named]
+    one = [x for x in recognised if x.right_place is not None and x not in several]
+    return [
+        format_total("verdict `outside`: one location named", [x in one for x in recognised]),
+        format_total("verdict `outside`, one location named: it is right", [bool(x.right_place) for x in one]),
+        format_total("verdict `outside`, several locations named: right among them", [bool(x.right_place)
+                                                                                       for x in several]),
+    ]  # fmt: skip
 
 
 def times(rows: Sequence[TrialRow]) -> list[str]:

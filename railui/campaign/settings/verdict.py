@@ -32,6 +32,11 @@ class VerdictSettings:
         meaning="Standard errors by which that share must exceed zero.",
         provenance="conventional: two standard errors, some 95 % two-sided",
     )
+    max_locations: int = setting(
+        3,
+        minimum=1,
+        meaning="Locations at which forces explain a residual equally well that are stated; of more, none.",
+    )
     min_coherent_share: float = setting(
         0.1,
         maximum=1.0,

@@ -61,14 +61,23 @@ FORCE_LOCATIONS: tuple[PortsOfLocation, ...] = (
     ("contact", None, (("wheelset", 1), ("wheelset_yaw", 1), ("wheelset", 2), ("wheelset_yaw", 2))),
     ("wheelset", 1, (("wheelset", 1),)),
     ("wheelset", 2, (("wheelset", 2),)),
+    ("frame", None, (("frame", None), ("frame_yaw", None))),
 )
 
 
-@dataclass(frozen=True)
+class WindowedShare(NamedTuple):
+    """Squared residual of a segment less noise, in all and as forces explain it, [window], and the share by chance."""
+
+    total: FloatArray
+    explained: FloatArray
+    chance: float
+
+
+@dataclass(frozen=True, eq=False)
 class ForceLocation:
     """A location, and the share of the residual that its forces explain beyond chance and noise.
 
-    standard_error: that of the share over windows of time.
+    standard_error: that of the share over windows of time; windows: the parts of the share, by segment.
     """
 
     at: str
@@ -76,6 +85,16 @@ class ForceLocation:
     share: float
     forces: int
     standard_error: float = 0.0
+    windows: tuple[WindowedShare, ...] = ()
+
+    def lead(self, other: ForceLocation) -> tuple[float, float]:
+        """Return by how much the share exceeds that of another location, and the standard error of that difference.
+
+        The shares of both vary alike from window to window: their difference is known better than either.
+        """
+        excess = [_beyond_chance(a) - _beyond_chance(b) for a, b in zip(self.windows, other.windows, strict=True)]
+        total = np.concatenate([a.total for a in self.windows])
+        return self.share - other.share, ratio_standard_error(np.concatenate(excess), total)
 
 
 def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
@@ -90,7 +109,7 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     quiet = context.in_background(context.jobs)
     optimiser = GaussNewton(quiet, fit.model, fit.free, fit.segments, block=1.0, stable=False)
     candidates = force_locations(fit.model)
-    shares: list[list[_WindowedShare]] = [[] for _ in candidates]
+    shares: list[list[WindowedShare]] = [[] for _ in candidates]
     for target in fit.segments:
         series, _ = optimiser.simulate(target, fit.x[None])
         residual = _transforms(target.without_initial_state(target.measured - series[0]), target)
@@ -102,7 +121,7 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
                 h = np.stack([responses[p] for p in ports], axis=2)
                 shares[i].append(_explained_share(residual, noise, h))
     locations = [
-        ForceLocation(at, wheelset, _share(same), len(ports), _standard_error(same))
+        ForceLocation(at, wheelset, _share(same), len(ports), _standard_error(same), tuple(same))
         for (at, wheelset, ports), same in zip(candidates, shares, strict=True)
         if same
     ]
@@ -116,15 +135,7 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     return sorted(locations, key=key)
 
 
-class _WindowedShare(NamedTuple):
-    """Squared residual of a segment less noise, in all and as forces explain it, [window], and the share by chance."""
-
-    total: FloatArray
-    explained: FloatArray
-    chance: float
-
-
-def _explained_share(residual: ComplexArray, noise: ComplexArray, responses: ComplexArray) -> _WindowedShare:
+def _explained_share(residual: ComplexArray, noise: ComplexArray, responses: ComplexArray) -> WindowedShare:
     """Project the residual [window, channel, frequency] on responses [frequency, channel, port] at each frequency."""
     q, _ = np.linalg.qr(responses)
     count = len(residual)
@@ -132,20 +143,25 @@ def _explained_share(residual: ComplexArray, noise: ComplexArray, responses: Com
     projected = np.einsum("fci,wcf->wfi", q.conj(), residual)
     of_noise = float(np.real(np.einsum("fci,fcd,fdi->", q.conj(), noise, q)))
     explained = np.sum(np.abs(projected) ** 2, axis=(1, 2)) - of_noise / count
-    return _WindowedShare(total, explained, responses.shape[2] / responses.shape[1])
+    return WindowedShare(total, explained, responses.shape[2] / responses.shape[1])
 
 
-def _share(shares: Sequence[_WindowedShare]) -> float:
+def _share(shares: Sequence[WindowedShare]) -> float:
     """Share of all segments that the forces explain beyond chance; 0 where noise leaves nothing to explain."""
     total = sum((1.0 - s.chance) * float(s.total.sum()) for s in shares)
     explained = sum(float(s.explained.sum()) - s.chance * float(s.total.sum()) for s in shares)
     return explained / total if total > 0.0 else 0.0
 
 
-def _standard_error(shares: Sequence[_WindowedShare]) -> float:
+def _standard_error(shares: Sequence[WindowedShare]) -> float:
     """Standard error of the share: of a ratio over the windows of all segments."""
     total, explained = (np.concatenate([s[i] for s in shares]) for i in (0, 1))
     return ratio_standard_error(explained, total) / (1.0 - shares[0].chance)
+
+
+def _beyond_chance(share: WindowedShare) -> FloatArray:
+    """Squared residual [window] that forces explain beyond chance, over the share that is not explained by chance."""
+    return (share.explained - share.chance * share.total) / (1.0 - share.chance)
 
 
 def _transforms(series: FloatArray, target: FitSegment) -> ComplexArray:

@@ -12,9 +12,8 @@ from railui.identification.estimation.residual_evidence import ResidualEvidence,
 from railui.identification.estimation.validation import is_significant_gain
 from railui.identification.structure.candidate_scores import has_structure, run_score_test
 from railui.identification.structure.stepwise import Selection
-from railui.identification.unmodelled.evidence import NO_EVIDENCE
+from railui.identification.unmodelled.evidence import CONTACT_LOCATIONS, NO_EVIDENCE
 from railui.identification.unmodelled.locate import (
-    CONTACT_LOCATIONS,
     Discrepancy,
     find_run_dependence,
     find_variation_along_track,

@@ -8,11 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.campaign.settings.loop_settings import LoopSettings
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.validation import Validation
 from railui.identification.structure.equivalent_inputs import ForceLocation
+
+CONTACT_LOCATIONS = ("contact", "wheelset", "wheelset_yaw")
+FRAME_LOCATIONS = {"frame", "secondary_lateral", "secondary_yaw"}
 
 
 class LocationEvidence(NamedTuple):
@@ -64,3 +68,35 @@ def evidence_of_forces(forces: Sequence[ForceLocation], at: str, wheelset: int |
     same = [f for f in forces if (f.at, f.wheelset) == (at, wheelset)]
     best = max(same, key=lambda f: f.share, default=None)
     return NO_EVIDENCE if best is None else LocationEvidence(best.share, best.standard_error)
+
+
+def rival_locations(settings: LoopSettings, forces: Sequence[ForceLocation]) -> tuple[ForceLocation, ...]:
+    """Return the locations at other joints whose forces explain the residual as well as those of the first.
+
+    As many forces, or fewer, do so where their share is not significantly less, or by no more than the tolerance; more
+    forces where their share is significantly larger.
+    """
+    best, *others = forces
+    return tuple(o for o in others if not _act_alike(o.at, best.at) and _explains_as_much(settings, o, best))
+
+
+def _explains_as_much(settings: LoopSettings, other: ForceLocation, best: ForceLocation) -> bool:
+    lead, standard_error = best.lead(other)
+    margin = settings.verdict.location_standard_errors * standard_error
+    if other.forces > best.forces:
+        return lead < -margin
+    return lead <= max(margin, settings.discrepancy.force_location_tolerance)
+
+
+def joint_of(at: str) -> str:
+    """Return the joint of a location: forces on a wheelset act at its contact.
+
+    >>> joint_of("wheelset_yaw"), joint_of("primary_yaw")
+    ('contact', 'primary_yaw')
+    """
+    return "contact" if at in CONTACT_LOCATIONS else at
+
+
+def _act_alike(a: str, b: str) -> bool:
+    """True for forces at one joint, or on the frame and at its secondary suspension, which acts on it."""
+    return joint_of(a) == joint_of(b) or ("frame" in (a, b) and {a, b} <= FRAME_LOCATIONS)

@@ -20,19 +20,26 @@ from railui.identification.structure.couplings import Coupling, find_couplings
 from railui.identification.structure.drift import Drift, find_drifts, refine_drift, validate_drift
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
 from railui.identification.unmodelled.evidence import (
+    CONTACT_LOCATIONS,
     NO_EVIDENCE,
     LocationEvidence,
     evidence_of_blocks,
     evidence_of_fits,
     evidence_of_forces,
     evidence_of_validations,
+    joint_of,
+    rival_locations,
 )
 from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained_by_curve, fit_curve
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
-CONTACT_LOCATIONS = ("contact", "wheelset", "wheelset_yaw")
+# locations of force curves that stand for those of independent forces
+CURVE_LOCATIONS_OF = {
+    "contact": ("wheelset", "wheelset_yaw"),
+    "frame": ("secondary_lateral", "secondary_yaw"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +69,8 @@ class Discrepancy:
         For the location.
     contact_share
         Share that forces at the contact or the wheelsets explain, as noise of the track columns does.
+    rivals
+        Locations at other joints that explain as much where the location is that of forces, whatever their law.
     """
 
     at: str
@@ -81,10 +90,19 @@ class Discrepancy:
     lowers_error: bool = False
     evidence: LocationEvidence = NO_EVIDENCE
     contact_share: float = 0.0
+    rivals: tuple[ForceLocation, ...] = ()
 
     def is_located(self, settings: VerdictSettings) -> bool:
-        """True where the evidence suffices to name the location."""
-        return bool(self.at) and self.evidence.is_sufficient(settings)
+        """True where the evidence suffices to name the location, and forces elsewhere do not explain as much."""
+        return bool(self.at) and not self.rivals and self.evidence.is_sufficient(settings)
+
+    def locations(self, settings: VerdictSettings) -> list[tuple[str, int | None, LocationEvidence]]:
+        """List the locations that explain the residual equally well; empty without evidence, or where they are many."""
+        if not self.at or not self.evidence.is_sufficient(settings):
+            return []
+        found = [(self.at, self.wheelset, self.evidence)]
+        found += [(o.at, o.wheelset, LocationEvidence(o.share, o.standard_error)) for o in self.rivals]
+        return found if len({joint_of(at) for at, _, _ in found}) <= settings.max_locations else []
 
     def validate(self, context: Context, segments: Sequence[Segment]) -> Validation:
         """Validate the model with the discrepancy on segments."""
@@ -126,20 +144,22 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
         return variation
     at, wheelset = curve.spot.at, curve.spot.wheelset
     evidence = _stronger(context, evidence_of_fits(fit, curve.fit), evidence_of_forces(forces, at, wheelset))
+    rivals: tuple[ForceLocation, ...] = ()
     if origin is not None and curve.share < settings.reliable_share:
         at, wheelset = origin.at, origin.wheelset
         evidence = LocationEvidence(origin.share, origin.standard_error)
+        rivals = rival_locations(context.settings, forces)
     coupling = next(iter(find_couplings(context, fit)), None)
     if coupling is not None and coupling.share >= max(settings.reliable_share, curve.share):
         progress.message(f"  a coupling of {coupling.text} explains {coupling.share:.2f}")
-        at, wheelset = coupling.at, coupling.wheelset
+        at, wheelset, rivals = coupling.at, coupling.wheelset, ()
         evidence = evidence_of_blocks(coupling.before, coupling.after, _expected_misfit(fit))
     else:
         coupling = None
     share = curve.share if origin is None else max(curve.share, origin.share)
     contact_share = max((f.share for f in forces if f.at in CONTACT_LOCATIONS), default=0.0)
     found = _curve_discrepancy(curve, at, wheelset, share)
-    return replace(found, coupling=coupling, evidence=evidence, contact_share=contact_share)
+    return replace(found, coupling=coupling, evidence=evidence, contact_share=contact_share, rivals=rivals)
 
 
 def _stronger(context: Context, one: LocationEvidence, other: LocationEvidence) -> LocationEvidence:
@@ -301,5 +321,5 @@ def location_of(path: str, ratios: Mapping[str, float], model: Model) -> tuple[s
 
 def _is_at(spot: CurveLocation, origin: ForceLocation) -> bool:
     """True if a curve can represent the forces at their location."""
-    locations = ("wheelset", "wheelset_yaw") if origin.at == "contact" else (origin.at,)
+    locations = CURVE_LOCATIONS_OF.get(origin.at, (origin.at,))
     return spot.at in locations and (origin.wheelset is None or spot.wheelset in (None, origin.wheelset))

@@ -15,7 +15,15 @@ def discrepancy_record(result: LoopResult) -> dict[str, Any] | None:
         return None
     located = {} if discrepancy.is_located(result.context.settings.verdict) else {"at": None, "wheelset": None}
     evidence = {"share": discrepancy.evidence.share, "share_sd": discrepancy.evidence.standard_error}
-    return _curve(discrepancy) | located | evidence
+    return _curve(discrepancy) | located | evidence | {"locations": _locations(result, discrepancy)}
+
+
+def _locations(result: LoopResult, discrepancy: Discrepancy) -> list[dict[str, Any]]:
+    """Return the locations at which forces explain the residual equally well, the one with fewest forces first."""
+    return [
+        {"at": at, "wheelset": wheelset, "share": evidence.share, "share_sd": evidence.standard_error}
+        for at, wheelset, evidence in discrepancy.locations(result.context.settings.verdict)
+    ]
 
 
 def _curve(discrepancy: Discrepancy) -> dict[str, Any]:

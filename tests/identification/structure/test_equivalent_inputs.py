@@ -16,7 +16,7 @@ from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.loop import close_loop
-from railui.identification.structure.equivalent_inputs import _noise, _share, _WindowedShare, locate_forces
+from railui.identification.structure.equivalent_inputs import WindowedShare, _noise, _share, locate_forces
 from railui.progress import Progress
 from railui.report.loop.data import loop_report
 from tests.blind.simulated import SimulatedCampaign, calibrated, simulated_campaign
@@ -93,8 +93,8 @@ def test_a_loop_on_one_response_reaches_a_verdict():
 
 
 def test_the_share_of_forces_is_one_ratio_over_all_segments():
-    def segment(total: float, explained: float) -> _WindowedShare:
-        return _WindowedShare(np.array([total]), np.array([explained]), 0.5)
+    def segment(total: float, explained: float) -> WindowedShare:
+        return WindowedShare(np.array([total]), np.array([explained]), 0.5)
 
     # (60 - 50) / 50; a segment at its noise floor, whose own ratio would be 3, changes little
     assert _share([segment(100.0, 60.0)]) == pytest.approx(0.2)

@@ -13,6 +13,7 @@ from railui.identification.estimation.validation import Validation
 from railui.identification.result import LoopResult
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.group_test import GroupDifference
+from railui.identification.unmodelled.evidence import NO_EVIDENCE
 from railui.identification.unmodelled.run_dependence import RunDependence, RunEstimate
 from railui.identification.verdict import Explained, Remainder
 from railui.report.loop.groups import group_lines
@@ -99,7 +100,10 @@ def test_an_effect_with_a_remainder_has_its_share_and_what_is_left() -> None:
     assert text.endswith("The remainder (0.058 % of the error beyond noise) resembles quadratic damper in the rig.")
 
 
-def discrepancy(at: str, wheelset: int | None, *, located: bool, lowers_error: bool = True) -> Any:
+def discrepancy(
+    at: str, wheelset: int | None, *, located: bool, lowers_error: bool = True, or_at: tuple[str, ...] = ()
+) -> Any:
+    locations = [(place, None, NO_EVIDENCE) for place in (at, *or_at)] if or_at else []
     return SimpleNamespace(
         at=at,
         wheelset=wheelset,
@@ -108,6 +112,7 @@ def discrepancy(at: str, wheelset: int | None, *, located: bool, lowers_error: b
         drift=None,
         lowers_error=lowers_error,
         is_located=lambda settings: located,
+        locations=lambda settings: locations,
     )
 
 
@@ -141,6 +146,16 @@ def test_a_location_without_evidence_is_not_named() -> None:
     text = sentence(result("outside", discrepancy=discrepancy("contact", 2, located=False)))
     assert text.startswith("Discrepancy that no effect of the catalogue explains, not located.")
     assert "contact" not in text
+
+
+def test_locations_that_explain_as_much_are_all_named() -> None:
+    text = sentence(
+        result("outside", discrepancy=discrepancy("primary_yaw", None, located=False, or_at=("contact", "wheelset")))
+    )
+    assert text.startswith(
+        "Discrepancy that no effect of the catalogue explains, acting at the primary suspension in yaw or at the "
+        "wheel-rail contact, which these signals do not distinguish. Validation error"
+    )
 
 
 def test_a_number_that_differs_between_joints_is_named_with_both_errors() -> None:
