@@ -123,9 +123,9 @@ lock: .stamp-packages
 deny:
 	cargo deny --locked check $(CHECKS)
 
-# long trials of the identification: true effect excluded, crossed damping, sensitivity to the settings
+# steps of simulated campaigns; long trials of the identification: true effect excluded, crossed damping, sensitivity to the settings
 slow: .stamp-build
-	$(BIN)/python -m pytest tests/identification tests/planning tests/fleet -m slow
+	$(BIN)/python -m pytest tests/test_truth.py tests/identification tests/planning tests/fleet -m slow
 
 # the optional dependencies `bench`
 exudyn: .stamp-build

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from tests.blind.cases import EFFECTS_NOT_IN_LIBRARY
 from tests.truth.bogie import CHECK, Bogie, Vehicle
-from tests.truth.campaign import DECLARED, Campaign, Order, campaign, campaigns, main
+from tests.truth.campaign import DECLARED, Campaign, Order, campaign, campaigns, main, steps_of
 from tests.truth.coach import Coach
 from tests.truth.coach import rate as coach_rate
 from tests.truth.coach_campaign import Coaches
@@ -21,7 +22,7 @@ from tests.truth.contact import Seen
 from tests.truth.effects import KINDS, PAIRED, Effect, effect, parse
 from tests.truth.files import paths, vehicle_of
 from tests.truth.laws import Array, saturation
-from tests.truth.march import simulate, simulate_many
+from tests.truth.march import simulate, simulate_many, steps_for
 from tests.truth.reference import reference
 from tests.truth.rig import Bench, Rig, bench_runs, respond
 from tests.truth.road import WIDTH, Point, Table
@@ -392,6 +393,22 @@ def test_steps_approach_the_reference_with_flanges_and_clearance() -> None:
 
 RUN_OUT = parse("run_out at=wheelset wheelset=1 force=500 rolling_radius=0.46")
 SHORT = Order([RUN_OUT], seed=5, seconds=(3.0, 1.5), coloured=0.02, columns=["Qy"], steps=2)
+
+
+def test_friction_that_has_aged_needs_the_steps_of_friction_as_strong() -> None:
+    ageing = effect("ageing_friction", "primary_lateral", force=1500.0, slip_speed=5e-3, rise=3.0)
+    plain = effect("dry_friction", "primary_lateral", force=6000.0, slip_speed=5e-3)
+    of_ageing, of_plain = (steps_for(Bogie([DECLARED], [[one]]), 40.0, 5e-3) for one in (ageing, plain))
+    assert of_plain >= 6 and 0.75 * of_plain <= of_ageing <= of_plain
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stranger", EFFECTS_NOT_IN_LIBRARY, ids=lambda e: f"{e.kind} at {e.at}")
+def test_the_steps_of_a_campaign_suffice_for_its_effect(stranger: Effect) -> None:
+    order = Order([stranger], seed=63022, seconds=(4.0, 2.0))
+    steps = steps_of(order)
+    found, finer = (campaign(replace(order, steps=n)).clean["a"]["ay1"] for n in (steps, 2 * steps))
+    assert np.std(found - finer) < 0.01 * np.std(finer)
 
 
 @pytest.fixture(scope="module")

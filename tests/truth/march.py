@@ -17,21 +17,27 @@ BLOCK = 500  # samples whose inputs are worked out at a time
 
 
 def steps_for(bogie: Bogie, V: float, dt: float, product: float = 1.2) -> int:
-    """Steps per sample that keep |lambda| h below `product`, at rest and at seven lively states.
+    """Steps per sample that keep |lambda| h below `product`, at rest, at seven lively states and at seven halts.
 
-    A stop is steep beyond its edge and a Bouc-Wen element as steep as it is fast: rest is not representative.
+    A stop is steep beyond its edge and a Bouc-Wen element as steep as it is fast: rest is not representative. Friction
+    that has aged is steepest at a halt: deflected, without speed, its own states of any size.
     """
     rng = np.random.default_rng(0)
-    worst = 0.0
-    for k in range(8):
-        x = np.zeros((bogie.size, bogie.count))
-        if k:
-            x[:6] = rng.normal(0.0, 8e-3, (6, bogie.count))
-            x[6:12] = rng.normal(0.0, 0.08, (6, bogie.count))
-            for g in bogie.groups:
-                x[g.states] = rng.uniform(-1.0, 1.0, x[g.states].shape)
-        worst = max(worst, float(np.abs(np.linalg.eigvals(bogie.jacobian(V, x))).max()))
+    lively = [_state(bogie, rng, speed=0.08) for _ in range(7)]
+    halts = [_state(bogie, rng, speed=0.0) for _ in range(7)]
+    rest = np.zeros((bogie.size, bogie.count))
+    worst = max(float(np.abs(np.linalg.eigvals(bogie.jacobian(V, x))).max()) for x in (rest, *lively, *halts))
     return max(2, int(np.ceil(worst * dt / product)))
+
+
+def _state(bogie: Bogie, rng: np.random.Generator, speed: float) -> Array:
+    """A random state of each vehicle; speed: standard deviation of the velocities."""
+    x = np.zeros((bogie.size, bogie.count))
+    x[:6] = rng.normal(0.0, 8e-3, (6, bogie.count))
+    x[6:12] = rng.normal(0.0, speed, (6, bogie.count))
+    for g in bogie.groups:
+        x[g.states] = rng.uniform(-1.0, 1.0, x[g.states].shape)
+    return x
 
 
 def march(bogie: Bogie, roads: Sequence[Road], steps: int, state: Array | None = None) -> tuple[Array, Array, Array]:
