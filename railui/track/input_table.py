@@ -75,7 +75,7 @@ def input_table(
     half_wheelbase : float or tuple of float
         Half the wheelbase of a bogie [m], or the distances of all wheelsets behind the first [m], (0, ...).
     steps : int
-        Runge-Kutta steps between two samples, a power of two.
+        Runge-Kutta steps between two samples.
     qy, qpsi : array_like, optional
         Measured forces of the carbody [N], [N m], n values each.
 
@@ -87,7 +87,7 @@ def input_table(
     Raises
     ------
     ValueError
-        For columns of unequal length, too short or not increasing, and for steps that are not a power of two.
+        For columns of unequal length, too short or not increasing, and for less than one step.
 
     References
     ----------
@@ -126,8 +126,8 @@ def _check(time: FloatArray, distance: FloatArray, steps: int) -> None:
     """Raise ValueError for too few samples, a wrong number of steps, and time or distance that do not increase."""
     if time.size < MIN_SAMPLES:
         raise ValueError(f"a table needs {MIN_SAMPLES} samples for its splines, here are {time.size}")
-    if steps < 1 or steps & (steps - 1):
-        raise ValueError(f"steps per sample must be a power of two: {steps}")
+    if steps < 1:
+        raise ValueError(f"steps per sample must be positive: {steps}")
     if np.any(np.diff(time) <= 0):
         raise ValueError(f"time must increase: it does not after sample {int(np.argmin(np.diff(time)))}")
     check_increasing(distance)

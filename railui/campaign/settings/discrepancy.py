@@ -52,6 +52,13 @@ class DiscrepancySettings:
     force_location_tolerance: float = setting(
         0.03, maximum=1.0, meaning="Share by which a location with fewer independent forces may explain less."
     )
+    max_chance_share: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Independent forces over channels, the share of any residual that they explain, above which they locate"
+        " nothing.",
+        provenance="conventional: at least as many channels are left to contradict as the forces take",
+    )
     location_noise_draws: int = setting(
         4, minimum=1, meaning="Noise realisations that are subtracted from the spectra behind a location."
     )

@@ -101,14 +101,14 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     """Rank locations by the share of the residual that independent forces there explain.
 
     The contributions of sensor and track noise are subtracted from the spectra, since track noise resembles forces at
-    the contact. As many independent forces as channels explain any residual: locations with so many are left out, which
-    leaves none if a single channel was measured.
+    the contact. As many independent forces as channels explain any residual: locations with more than half as many are
+    left out, which leaves none if a single channel was measured.
     """
     if not fit.model.design.is_on_track:
         return [ForceLocation("rig", None, 1.0, 1)]
     quiet = context.in_background(context.jobs)
     optimiser = GaussNewton(quiet, fit.model, fit.free, fit.segments, block=1.0, stable=False)
-    candidates = force_locations(fit.model)
+    candidates, most = force_locations(fit.model), context.settings.discrepancy.max_chance_share
     shares: list[list[WindowedShare]] = [[] for _ in candidates]
     for target in fit.segments:
         series, _ = optimiser.simulate(target, fit.x[None])
@@ -117,7 +117,7 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
             partial(_noise, context, fit, target), partial(_frequency_responses, fit, target, candidates), context.jobs
         )
         for i, (_, _, ports) in enumerate(candidates):
-            if len(ports) < len(target.measured):
+            if len(ports) <= most * len(target.measured):
                 h = np.stack([responses[p] for p in ports], axis=2)
                 shares[i].append(_explained_share(residual, noise, h))
     locations = [

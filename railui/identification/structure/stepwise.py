@@ -167,8 +167,7 @@ class StepwiseSelection:
                 continue
             fit = path.stages[base].fit if base else path.start
             try:
-                share = accepted.fit.normal.rss / fit.normal.rss
-                pairs, search = self._refit_best_pairs(fit, step.score_test, share)
+                pairs, search = self._refit_best_pairs(fit, step.score_test, accepted.fit)
             except OutOfTimeError:
                 return None
             path.steps[base] = replace(step, pairs=search)
@@ -182,18 +181,24 @@ class StepwiseSelection:
         return None
 
     def _refit_best_pairs(
-        self, fit: Fit, scores: ScoreTestResult, accepted_share: float
+        self, fit: Fit, scores: ScoreTestResult, accepted: Fit
     ) -> tuple[PairRefit | None, PairSearch]:
         """Score all pairs against the residual of a fit, refit the best, and select one.
 
-        accepted_share: misfit of the accepted model over that of the fit.
+        A pair that gives the accepted model is not fitted again, and none selected whose misfit is larger.
         """
         test = ScoreTest(self.context, fit, scored_part(self.context, fit).segments)
         pairs, scored = score_pairs(test, scores)
-        best = pairs[: self.settings.refitted_pairs]
+        accepted_effects = _added_to(fit, accepted)
+        others = [p for p in pairs if {(c.kind, c.at, c.wheelset) for c in p.candidates} != accepted_effects]
+        best = others[: self.settings.refitted_pairs]
         self.context.progress.message(f"{scored} pairs of effects scored, {len(best)} refitted")
+        accepted_share = accepted.normal.rss / fit.normal.rss
         refits = refit_pairs(self.context, fit, best, self.settings.hopeless_pair_ratio * accepted_share)
-        return simplest_pair(refits, self.settings.simpler_misfit_ratio), PairSearch(scored, len(best))
+        found, ratio = PairSearch(scored, len(best)), self.settings.simpler_misfit_ratio
+        pair = simplest_pair(refits, ratio)
+        limit = ratio * accepted.normal.rss / accepted.normal.samples
+        return None if pair is None or pair.rss / pair.fit.normal.samples > limit else pair, found
 
     def _pair_stage(self, fit: Fit, pair: PairRefit) -> Stage | None:
         """Fit a pair to the end and validate it; None where it diverges, or something else explains more."""
@@ -337,3 +342,9 @@ class StepwiseSelection:
         if followed.whole is not None and follows(self.context, followed.whole):
             return followed.whole
         return followed.windowed
+
+
+def _added_to(fit: Fit, other: Fit) -> set[tuple[str, str, int | None]]:
+    """Return kind, location and wheelset of the effects that another model has in addition to those of a fit."""
+    of_fit, of_other = ({(e.kind, e.at, e.wheelset) for e in one.model.effects} for one in (fit, other))
+    return of_other - of_fit

@@ -19,6 +19,7 @@ from railui.identification.prediction import SimulationError
 from railui.identification.structure.couplings import Coupling, find_couplings
 from railui.identification.structure.drift import Drift, find_drifts, refine_drift, validate_drift
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
+from railui.identification.structure.refit import worthwhile_misfit
 from railui.identification.unmodelled.evidence import (
     CONTACT_LOCATIONS,
     NO_EVIDENCE,
@@ -182,8 +183,9 @@ def _best_curve(context: Context, fit: Fit, origin: ForceLocation | None) -> _Fi
     curves = sorted((c for c in curves if c[0] > 0), key=lambda c: -c[0])
     if curves and origin is not None and curves[0][0] < min(settings.reliable_share, origin.share):
         curves = [c for c in curves if _is_at(c[2], origin)] or curves
+    is_worthwhile = bool(curves) and (1.0 - curves[0][0]) * fit.normal.rss <= worthwhile_misfit(context, fit)
     fitted = []
-    for share, force, spot in curves[: settings.fitted_curves]:
+    for share, force, spot in curves[: settings.fitted_curves if is_worthwhile else 1]:
         curve_fit = fit_curve(context, fit, spot, force)
         if curve_fit is not None:
             validation = validate(context, curve_fit.model, context.dataset.selection)

@@ -9,8 +9,8 @@ const BOUND: f64 = 2.78;
 const SHARE: f64 = 0.7;
 
 impl Structure {
-    /// Smallest power of two of RK4 steps per sample: abs(lambda) h <= 1 for the linear vehicle (accuracy), and
-    /// 0.7 of RK4's bound 2.78 with every effect's steepest slopes added (stability).
+    /// RK4 steps per sample: abs(lambda) h <= 1 for the linear vehicle (accuracy), and 0.7 of RK4's bound 2.78 with
+    /// every effect's steepest slopes added (stability). Rounded up to 2^k or 3 2^k, so that few numbers occur.
     pub fn steps(&self, one: &Single<'_>, slowest: f64, fastest: f64, dt: f64, limit: usize) -> Result<usize> {
         let vehicle = self.assemble(one)?;
         let steepest = self.steepest(&vehicle, one, slowest)?;
@@ -33,7 +33,7 @@ impl Structure {
         let rate = steepest.iter().map(|(_, s)| s.rate).fold(0.0, f64::max);
         needed = needed.max(rate * dt / (SHARE * BOUND)).ceil();
         // what is far beyond the limit need not fit a whole number
-        let steps = if needed <= limit as f64 { (needed as usize).next_power_of_two() } else { usize::MAX };
+        let steps = if needed <= limit as f64 { rounded_up(needed as usize) } else { usize::MAX };
         if steps > limit {
             let remedy = "raise the mass, soften the stiffest element or sample more often";
             return Err(Error::Stiff { needed, dt, limit, remedy });
@@ -88,5 +88,23 @@ impl Structure {
             found.push((own.row.clone(), slopes));
         }
         Ok(found)
+    }
+}
+
+/// Smallest 2^k or 3 2^k that is no less.
+fn rounded_up(needed: usize) -> usize {
+    let power = needed.next_power_of_two();
+    let between = power / 4 * 3;
+    if power >= 4 && between >= needed { between } else { power }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded_up;
+
+    #[test]
+    fn steps_are_a_power_of_two_or_three_times_one() {
+        let rounded: Vec<_> = [1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 24, 25].map(rounded_up).into();
+        assert_eq!(rounded, [1, 2, 3, 4, 6, 6, 8, 12, 12, 16, 24, 32]);
     }
 }

@@ -46,8 +46,11 @@ def reduced(case: SimulatedCampaign, responses: tuple[str, ...]) -> Dataset:
     return replace(case.dataset, segments=tuple(reduce(s) for s in case.dataset.segments))
 
 
-@pytest.mark.parametrize(("responses", "max_forces"), [(("ayf", "rf"), 1), (("ay1", "ayf", "rf"), 2)])
-def test_a_location_has_fewer_forces_than_there_are_channels(responses: tuple[str, ...], max_forces: int):
+@pytest.mark.parametrize(
+    ("responses", "max_forces"),
+    [(("ayf", "rf"), 1), (("ay1", "ayf", "rf"), 1), (("ay1", "ay2", "ayf", "rf"), 2)],
+)
+def test_a_location_has_at_most_half_as_many_forces_as_there_are_channels(responses: tuple[str, ...], max_forces: int):
     case = simulated_campaign(PLAY)
     context = create_context(reduced(case, responses), jobs=2)
     locations = locate_forces(context, calibrate(context))
