@@ -78,3 +78,39 @@ def test_runners_up_that_are_fitted_at_once_have_one_thread_each(monkeypatch, co
     context = replace(simulated_campaign().context, jobs=4)
     StepwiseSelection(context)._runner_up(current, None, count * [one], None)
     assert [c.jobs for c in used] == 2 * count * [jobs]
+
+
+def effects_fit(rss: float, *effects: tuple[str, str, int | None]) -> SimpleNamespace:
+    placed = tuple(SimpleNamespace(kind=kind, at=at, wheelset=number) for kind, at, number in effects)
+    return SimpleNamespace(
+        normal=SimpleNamespace(rss=rss, samples=10), model=SimpleNamespace(effects=placed), x=np.ones(3)
+    )
+
+
+@pytest.mark.parametrize(("left", "is_selected"), [(39.0, True), (42.0, False)])
+def test_the_pair_of_the_accepted_model_is_not_refitted_and_none_of_larger_misfit_selected(
+    monkeypatch, left, is_selected
+):
+    known, delay, stop = ("spring", "primary_yaw", 2), ("sensor_delay", "d2", None), ("bump_stop", "primary_yaw", 2)
+    found = [
+        SimpleNamespace(text=text, candidates=tuple(SimpleNamespace(kind=k, at=a, wheelset=w) for k, a, w in some))
+        for text, some in (("as accepted", (delay, known)), ("other", (delay, stop)))
+    ]
+
+    def refit_pairs(context, fit, pairs, max_share):
+        refitted.extend(pair.text for pair in pairs)
+        return [SimpleNamespace(fit=effects_fit(left), rss=left)]
+
+    refitted: list[str] = []
+    monkeypatch.setattr(stepwise, "ScoreTest", lambda context, fit, segments: None)
+    monkeypatch.setattr(stepwise, "scored_part", lambda context, fit: SimpleNamespace(segments=()))
+    monkeypatch.setattr(stepwise, "score_pairs", lambda test, scores: (found, 2))
+    monkeypatch.setattr(stepwise, "refit_pairs", refit_pairs)
+    selection = StepwiseSelection(simulated_campaign().context)
+    fit, accepted = (
+        effects_fit(100.0, ("free_play", "rig", None)),
+        effects_fit(40.0, known, delay, ("free_play", "rig", None)),
+    )
+    pair, search = selection._refit_best_pairs(fit, scores(0.5), accepted)
+    assert refitted == ["other"] and search.refitted == 1
+    assert (pair is not None) is is_selected
