@@ -28,7 +28,7 @@ BOGIE = (
     ),
     ("no effect planted: false alarm", "no effect: false alarm", 0),
     ("outside the library: verdict `outside`", "outside the library: said so", 100),
-    ("outside the library: its location, of those with the verdict `outside`", "of these: right location", 100),
+    ("verdict `outside`, one location named: it is right", "of these, where one location is named: right", 100),
     ("outside the library: an effect of the library named instead", "outside the library: wrong effect named", 0),
     (
         "detected at the minimum detectable effect (nominal power 90 %)",

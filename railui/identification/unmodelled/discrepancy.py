@@ -96,7 +96,8 @@ def _has_single_channel(context: Context) -> bool:
 def _is_force_on_vehicle(context: Context, discrepancy: Discrepancy) -> bool:
     """True for a located force that noise of the track columns, which acts at the contact, cannot imitate."""
     settings, evidence = context.settings.verdict, discrepancy.evidence
-    if discrepancy.at in CONTACT_LOCATIONS or not discrepancy.is_located(settings):
+    locations = {at for at, _, _ in discrepancy.locations(settings)}
+    if not locations or not locations.isdisjoint(CONTACT_LOCATIONS):
         return False
     excess = evidence.share - discrepancy.contact_share
     return excess > max(settings.min_location_excess, settings.location_standard_errors * evidence.standard_error)
