@@ -19,7 +19,7 @@ from tests.truth.coach import Coach
 from tests.truth.coach import rate as coach_rate
 from tests.truth.coach_campaign import Coaches
 from tests.truth.contact import Seen
-from tests.truth.effects import KINDS, PAIRED, Effect, effect, parse
+from tests.truth.effects import KINDS, PAIRED, Effect, effect, parse, sense
 from tests.truth.files import paths, vehicle_of
 from tests.truth.laws import Array, saturation
 from tests.truth.march import simulate, simulate_many, steps_for
@@ -340,6 +340,13 @@ def test_sensors_delay_scale_and_shift_their_own_channel_only() -> None:
     seen = simulate(DECLARED, run, faults, 2)
     assert np.allclose(seen["ayf"][2:], 2.0 * plain["ayf"][:-2] + 0.5, atol=1e-10)
     assert np.array_equal(seen["ay1"], plain["ay1"])
+
+
+def test_a_delayed_signal_of_a_derailed_vehicle_is_none() -> None:
+    t = np.arange(100) / 200.0
+    e1 = np.where(t < 0.3, 1e-3, np.nan)
+    seen = sense({"e1": e1, "d1": t}, t, [effect("sensor_delay", at, delay=0.02) for at in ("e1", "d1")])
+    assert np.isnan(seen["e1"]).all() and np.isfinite(seen["d1"]).all()
 
 
 def test_vehicles_of_a_batch_run_as_alone() -> None:

@@ -116,20 +116,24 @@ def run_trial(cases: Sequence[PlantedCase], options: Options, processes: int) ->
             return started if options.simulate_only else started | {pool.submit(run_loop, c, options) for c in ready}
 
         pending = submit(sorted(cases, key=lambda case: case.sort != "limit"))
-        while pending:
-            done, pending = wait(pending, return_when=FIRST_COMPLETED)
-            for found in (future.result() for future in done):
-                if isinstance(found, Simulated):
-                    if not options.simulate_only:
-                        pending |= {pool.submit(run_loop, case, options) for case in found.cases}
-                    continue
-                if found.row is not None:
-                    yield found.row
-                planted += found.planted
-                if found.case.sort == "limit":
-                    limits.discard(found.case.order.seed)
-                    if not limits:
-                        pending |= submit(planted)
+        try:
+            while pending:
+                done, pending = wait(pending, return_when=FIRST_COMPLETED)
+                for found in (future.result() for future in done):
+                    if isinstance(found, Simulated):
+                        if not options.simulate_only:
+                            pending |= {pool.submit(run_loop, case, options) for case in found.cases}
+                        continue
+                    if found.row is not None:
+                        yield found.row
+                    planted += found.planted
+                    if found.case.sort == "limit":
+                        limits.discard(found.case.order.seed)
+                        if not limits:
+                            pending |= submit(planted)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 def stored_rows(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[TrialRow]:

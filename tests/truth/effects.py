@@ -311,13 +311,14 @@ def check_together(effects: Sequence[Effect]) -> None:
 
 
 def sense(channels: Mapping[str, Array], t: Array, effects: Iterable[Effect]) -> dict[str, Array]:
-    """Channels as faulty sensors give them: x(t) -> gain x(t - delay) + offset."""
+    """Channels as faulty sensors give them: x(t) -> gain x(t - delay) + offset; NaN with a delay where any is NaN."""
     seen = dict(channels)
     sensors = [e for e in effects if e.kind.startswith("sensor_")]
     order = ("sensor_delay", "sensor_gain", "sensor_offset")
     for one in sorted(sensors, key=lambda e: order.index(e.kind)):
         x, p = seen[one.at], one.filled()
         if one.kind == "sensor_delay":
-            x = CubicSpline(t, x)(np.maximum(t - p["delay"], t[0]))
+            is_finite = bool(np.isfinite(x).all())
+            x = CubicSpline(t, x)(np.maximum(t - p["delay"], t[0])) if is_finite else np.full_like(x, np.nan)
         seen[one.at] = p.get("gain", 1.0) * x + p.get("offset", 0.0)
     return seen
