@@ -3,6 +3,7 @@ use crate::effects::effect::{Kind, Site, Slopes};
 use crate::error::{Error, Result};
 use crate::vehicle::assembly::{Assembly, Row, eigenvalues, radius_bound};
 use crate::vehicle::structure::{Single, Structure, contact_site};
+use crate::wheel_rail::coefficients::Wheelset;
 
 /// Stability limit of RK4 on the negative real axis, and the share of it that a step may take.
 const BOUND: f64 = 2.78;
@@ -45,6 +46,7 @@ impl Structure {
     fn steepest(&self, vehicle: &Assembly, one: &Single<'_>, slowest: f64) -> Result<Vec<(Row, Slopes)>> {
         let mut found = Vec::new();
         let slides = self.placed.iter().any(|placed| placed.law.record().kind == Kind::Creep);
+        let creep_damping = |w: &Wheelset| 2.0 * w.kappa_y * w.n / slowest;
         for (i, placed, range) in self.acting() {
             let amount = one.amounts[i];
             let at = |site: &Site| {
@@ -62,7 +64,7 @@ impl Structure {
                         let w = &vehicle.wheelsets[i];
                         // a wheel that slides does not damp the rail
                         let slides = slides && placed.law.record().kind == Kind::Rail;
-                        let creep_damping = if slides { 0.0 } else { 2.0 * w.kappa_y * w.n / slowest };
+                        let creep_damping = if slides { 0.0 } else { creep_damping(w) };
                         let site = Site { creep_damping, ..contact_site(vehicle, i) };
                         found.push((vec![(w.y, 1.0)], at(&site)));
                     }
@@ -70,7 +72,7 @@ impl Structure {
                 Kind::Creep => {
                     for i in self.at_wheelsets(vehicle, placed)? {
                         let w = &vehicle.wheelsets[i];
-                        let site = Site { creep_damping: 2.0 * w.kappa_y * w.n / slowest, ..contact_site(vehicle, i) };
+                        let site = Site { creep_damping: creep_damping(w), ..contact_site(vehicle, i) };
                         let lateral = at(&site);
                         let yaw = Slopes { damping: lateral.damping * w.kappa_x / w.kappa_y * w.b * w.b, ..lateral };
                         found.extend([(vec![(w.y, 1.0)], lateral), (vec![(w.psi, 1.0)], yaw)]);
