@@ -24,7 +24,7 @@ from railui.report.loop.force_pictures import (
     draw_histogram,
     suspension_picture,
 )
-from railui.report.loop.wording import ROLE_LABELS, location_text
+from railui.report.loop.wording import ROLE_LABELS, joint_phrases, location_text
 from railui.report.numbers import display_scale
 
 if TYPE_CHECKING:
@@ -73,7 +73,9 @@ def _identified_curve(evaluation: EvaluationWindow, outside: Mapping[str, Any]) 
 def _where(outside: Mapping[str, Any]) -> str:
     if outside["at"]:
         return location_text(outside["at"], outside["wheelset"])
-    return "along the track" if outside["against"] == "s" else "not located"
+    if outside["against"] == "s":
+        return "along the track"
+    return " or ".join(joint_phrases(o["at"] for o in outside.get("locations", ()))) or "not located"
 
 
 def _total_force_pictures(evaluation: EvaluationWindow, abscissa: str) -> tuple[list[Picture], FloatArray | None]:

@@ -8,7 +8,7 @@ from typing import Any
 from railui import core
 from railui.campaign.settings.detection import SelectionSettings
 from railui.report.loop.noise import known_noise_text
-from railui.report.loop.wording import location_phrase
+from railui.report.loop.wording import joint_phrases, location_phrase
 from railui.vehicle.multibody import Structure
 
 Report = Mapping[str, Any]
@@ -16,6 +16,8 @@ Report = Mapping[str, Any]
 NONE = "nothing on the vehicle; effects below the minimum detectable sizes remain possible"
 UNLOCATED = "no location is supported by the data; check synchronisation and mounting, then repeat with more sensors"
 OTHER_SPEED = "a run at another speed or amplitude, with a sensor at this location, separates causes"
+
+MORE_SIGNALS = "further signals next to these joints separate them"
 
 
 def inspection_lines(report: Report, structure: Structure | None = None) -> list[str]:
@@ -46,7 +48,8 @@ def _discrepancy_line(outside: Mapping[str, Any], structure: Structure | None) -
     if outside.get("parameter"):
         return f"conditions that change {outside['parameter']}: load, weather, wear between the runs"
     if not outside["at"]:
-        return UNLOCATED
+        joints = joint_phrases((o["at"] for o in outside.get("locations", ())), structure)
+        return f"{' and '.join(joints)}; {MORE_SIGNALS}" if joints else UNLOCATED
     if outside["at"] == "rig":
         return "the component: an effect that is in no law of the catalogue; compare with its force curve below"
     return f"{location_phrase(outside['at'], outside['wheelset'], structure)}; {OTHER_SPEED}"

@@ -6,13 +6,12 @@ from collections.abc import Callable, Mapping
 
 from railui import core
 from railui.identification.result import LoopResult
-from railui.identification.unmodelled.evidence import joint_of
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.number_format import format_quantity
 from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.noise import known_noise_text
-from railui.report.loop.wording import effect_title, location_phrase, location_text, unit_location
+from railui.report.loop.wording import effect_title, joint_phrases, location_phrase, unit_location
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
 from railui.vehicle.multibody import Structure
@@ -205,11 +204,11 @@ def _location(result: LoopResult) -> str:
     if discrepancy.is_located(result.context.settings.verdict):
         coupling = f" (a coupling of {discrepancy.coupling.text})" if discrepancy.coupling else ""
         return f"acting at {location_phrase(discrepancy.at, discrepancy.wheelset, _structure(result))}{coupling}"
-    joints = dict.fromkeys(joint_of(at) for at, _, _ in discrepancy.locations(result.context.settings.verdict))
-    if not joints:
+    locations = [at for at, _, _ in discrepancy.locations(result.context.settings.verdict)]
+    if not locations:
         return "not located"
-    names = [f"the {location_text(at, structure=_structure(result))}" for at in joints]
-    return f"acting at {' or at '.join(names)}, which these signals do not distinguish"
+    joints = " or at ".join(joint_phrases(locations, _structure(result)))
+    return f"acting at {joints}, which these signals do not distinguish"
 
 
 def _model(discrepancy: Discrepancy | None) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 from railui import core
 from railui.identification.result import LoopResult
+from railui.identification.unmodelled.evidence import joint_of
 from railui.vehicle.multibody import Structure
 
 # keys of the report, and their names on the page, in figures and tables
@@ -73,6 +74,16 @@ def location_text(at: str, wheelset: int | None = None, structure: Structure | N
     if structure is not None and at in structure.effect_locations:
         return _words(at) + (f", {_noun(structure, at)} {wheelset}" if wheelset else "")
     return LOCATIONS.get(at, at.replace("_", " ")) + (f", wheelset {wheelset}" if wheelset else "")
+
+
+def joint_phrases(locations: Iterable[str], structure: Structure | None = None) -> list[str]:
+    """Return the joints of some locations for a sentence, each once: forces on a wheelset act at its contact.
+
+    >>> joint_phrases(["primary_yaw", "wheelset", "contact"])
+    ['the primary suspension in yaw', 'the wheel-rail contact']
+    """
+    joints = dict.fromkeys(joint_of(at) for at in locations)
+    return [f"the {location_text(at, structure=structure)}" for at in joints]
 
 
 def location_phrase(at: str, wheelset: int | None = None, structure: Structure | None = None) -> str:

@@ -44,8 +44,9 @@ def schematic_of_report(
         The loop report (loop.json).
     """
     found = [_reported(effect) for effect in report["effects"]]
-    if report["outside"] and report["outside"]["at"]:
-        found.append(Highlight(report["outside"]["at"], report["outside"]["wheelset"], "discrepancy"))
+    if outside := report["outside"]:
+        places = [outside] if outside["at"] else outside.get("locations", ())
+        found += [Highlight(place["at"], place["wheelset"], "discrepancy") for place in places]
     page = draw_schematic(design, tuple(columns), found, lateral_positions(campaign))
     text = "; ".join(highlight.text for highlight in found)
     alt = f"Schematic of the vehicle from above with its sensors{f'; highlighted: {text}' if text else ''}"

@@ -42,6 +42,13 @@ def test_a_discrepancy_without_a_location_says_so() -> None:
     assert inspection_lines(report(verdict="outside")) == [UNLOCATED]
 
 
+def test_a_discrepancy_at_one_of_several_joints_names_all() -> None:
+    locations = [{"at": at, "wheelset": None} for at in ("primary_yaw", "wheelset", "contact")]
+    outside = {"at": None, "wheelset": None, "against": "z", "locations": locations}
+    (line,) = inspection_lines(report(verdict="outside", outside=outside))
+    assert line.startswith("the primary suspension in yaw and the wheel-rail contact; ")
+
+
 def test_a_discrepancy_at_a_joint_names_it() -> None:
     outside = {"at": "secondary_yaw", "wheelset": None, "against": "v"}
     (line,) = inspection_lines(report(verdict="outside", outside=outside))

@@ -168,6 +168,17 @@ def test_only_a_located_discrepancy_is_highlighted(at: str | None, expected: boo
     assert ("highlighted: discrepancy" in picture.alt) == expected
 
 
+def test_every_location_of_a_discrepancy_is_highlighted() -> None:
+    campaign = load_campaign(BOGIE_CAMPAIGN)
+    locations = [{"at": at, "wheelset": None} for at in ("frame", "primary_lateral")]
+    report = {"effects": [], "outside": {"at": None, "wheelset": None, "locations": locations}}
+    picture = schematic_of_report(campaign.design, campaign, ["t", "v", "yw", "ayf"], report)
+    one = report | {"outside": {"at": None, "wheelset": None, "locations": locations[1:]}}
+    fewer = schematic_of_report(campaign.design, campaign, ["t", "v", "yw", "ayf"], one)
+    halos = [len(keys(p.svg.decode("utf-8"), "halo")) for p in (picture, fewer)]
+    assert halos[0] > halos[1] > 0
+
+
 def test_a_picture_has_a_title_and_stands_alone() -> None:
     svg, _ = campaign_svg(COACH_CAMPAIGN)
     root = ElementTree.fromstring(svg)
