@@ -16,6 +16,7 @@ from railui.identification.structure.elimination import refit_text
 from railui.identification.structure.refit import Refit, cross_validation_errors
 from railui.identification.structure.screening import fit_with_effects
 from railui.identification.structure.stage import SelectionStep, Stage, validated_stage
+from railui.io.problems import FileProblems
 from railui.vehicle.effects import PlacedEffect
 
 
@@ -66,13 +67,17 @@ def refit_of(context: Context, fit: Fit, current: Refit) -> Refit:
 def fit_in_place(context: Context, fit: Fit, index: int, effect: PlacedEffect, max_misfit_ratio: float) -> Fit | None:
     """Fit the model with another effect in place of one; None where its misfit is higher by more than a ratio.
 
-    The effect at `index` is left out. A fit that is not near the misfit after its first iterations is given up.
+    None as well where one of the other effects supersedes the same term. The effect at `index` is left out. A fit that
+    is not near the misfit after its first iterations is given up.
     """
     quiet = context.in_background(context.jobs)
     settings = context.settings.refit
     model = fit.model.without_effect(index)
     segments = drop_states(quiet, fit.model, model, fit.segments)
-    model, found = model.with_effect(effect), None
+    try:
+        model, found = model.with_effect(effect), None
+    except FileProblems:
+        return None
     for iterations, ratio, limit in (
         (settings.first_iterations, settings.converged_ratio, np.inf),
         (MAX_ITERATIONS, max_misfit_ratio, max_misfit_ratio * fit.normal.rss),

@@ -16,6 +16,7 @@ from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.exchange import alternatives, exchange_effects
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep, validated_stage
+from railui.identification.structure.substitution import fit_in_place
 from railui.vehicle.effects import PlacedEffect
 from tests.identification.structure.test_limiting_laws import DAMPING, simulated, with_effects
 
@@ -94,3 +95,11 @@ def test_the_refits_that_both_steps_of_a_pair_have_are_compared_once(context: Co
     steps[0] = replace(steps[0], added=refit(steps[1].refits[1].fit, STOP))
     tried = alternatives(context, steps, 0)
     assert len(tried) == len({r.candidate for r in tried})
+
+
+def test_no_law_is_fitted_that_supersedes_the_same_term_as_another_effect(context: Context) -> None:
+    fit = fitted(context, FRICTION)
+    kinds = [e.kind for e in fit.model.effects]
+    assert "creep_saturation" in kinds
+    law = PlacedEffect("vermeulen_johnson", "contact", None, {"friction": 0.3})
+    assert fit_in_place(context, fit, kinds.index("dry_friction"), law, 1.0) is None
