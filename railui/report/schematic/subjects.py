@@ -48,7 +48,7 @@ def schematic_of_report(
         places = [outside] if outside["at"] else outside.get("locations", ())
         found += [Highlight(place["at"], place["wheelset"], "discrepancy") for place in places]
     page = draw_schematic(design, tuple(columns), found, lateral_positions(campaign))
-    text = "; ".join(highlight.text for highlight in found)
+    text = "; ".join(dict.fromkeys(highlight.text for highlight in found))
     alt = f"Schematic of the vehicle from above with its sensors{f'; highlighted: {text}' if text else ''}"
     return Picture("schematic", alt, page.svg().encode("utf-8"), round(page.width))
 
