@@ -14,7 +14,7 @@ from railui.campaign.settings.estimation import ValidationSettings
 from railui.identification.context import Context
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
-from railui.identification.prediction import Prediction, Predictor
+from railui.identification.prediction import Prediction, Predictor, SimulationError, undefined_prediction
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
@@ -56,13 +56,27 @@ def validate_each(context: Context, models: Sequence[tuple[Model, Segment]]) -> 
 
 
 def predict_each(context: Context, models: Sequence[tuple[Model, Segment]]) -> list[Prediction]:
-    """Predict segments, each by its model, with initial states and phases estimated there."""
+    """Predict segments, each by its model, with initial states and phases estimated there.
+
+    A model with added effects may be too stiff on a segment that is run at another speed than those it was fitted to:
+    its prediction is undefined from the first sample, as that of a vehicle which diverges there.
+
+    Raises
+    ------
+    SimulationError
+        Where a model without added effects cannot be simulated.
+    """
 
     def predict(pair: tuple[Model, Segment]) -> Prediction:
         vehicle, segment = pair
-        model = estimate_phases(context, vehicle, segment)
-        start = estimate_initial_state(context, model, segment)
-        return Predictor(model, segment, initial_state=start).predict(context.campaign)
+        try:
+            model = estimate_phases(context, vehicle, segment)
+            start = estimate_initial_state(context, model, segment)
+            return Predictor(model, segment, initial_state=start).predict(context.campaign)
+        except SimulationError:
+            if len(vehicle.effects) <= len(context.nominal.effects):
+                raise
+            return undefined_prediction(context.campaign, segment, 0)
 
     return list(map_threads(predict, models, context.jobs))
 
