@@ -87,6 +87,11 @@ class ForceLocation:
     standard_error: float = 0.0
     windows: tuple[WindowedShare, ...] = ()
 
+    @property
+    def chance(self) -> float:
+        """Share of any residual that so many forces explain."""
+        return self.windows[0].chance if self.windows else 0.0
+
     def lead(self, other: ForceLocation) -> tuple[float, float]:
         """Return by how much the share exceeds that of another location, and the standard error of that difference.
 
@@ -101,14 +106,14 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     """Rank locations by the share of the residual that independent forces there explain.
 
     The contributions of sensor and track noise are subtracted from the spectra, since track noise resembles forces at
-    the contact. As many independent forces as channels explain any residual: locations with more than half as many are
-    left out, which leaves none if a single channel was measured.
+    the contact. As many independent forces as channels explain any residual: locations with so many are left out, which
+    leaves none if a single channel was measured; those with more than half as many come last and locate nothing.
     """
     if not fit.model.design.is_on_track:
         return [ForceLocation("rig", None, 1.0, 1)]
     quiet = context.in_background(context.jobs)
     optimiser = GaussNewton(quiet, fit.model, fit.free, fit.segments, block=1.0, stable=False)
-    candidates, most = force_locations(fit.model), context.settings.discrepancy.max_chance_share
+    candidates = force_locations(fit.model)
     shares: list[list[WindowedShare]] = [[] for _ in candidates]
     for target in fit.segments:
         series, _ = optimiser.simulate(target, fit.x[None])
@@ -117,7 +122,7 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
             partial(_noise, context, fit, target), partial(_frequency_responses, fit, target, candidates), context.jobs
         )
         for i, (_, _, ports) in enumerate(candidates):
-            if len(ports) <= most * len(target.measured):
+            if len(ports) < len(target.measured):
                 h = np.stack([responses[p] for p in ports], axis=2)
                 shares[i].append(_explained_share(residual, noise, h))
     locations = [
@@ -125,12 +130,13 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
         for (at, wheelset, ports), same in zip(candidates, shares, strict=True)
         if same
     ]
-    best = max((o.share for o in locations), default=0.0)
-    tolerance = context.settings.discrepancy.force_location_tolerance
+    settings = context.settings.discrepancy
+    locating = [o for o in locations if o.chance <= settings.max_chance_share]
+    best = max((o.share for o in locating), default=0.0)
 
-    def key(o: ForceLocation) -> tuple[bool, int, float]:
-        is_as_good = o.share >= best - tolerance
-        return not is_as_good, o.forces if is_as_good else 0, -o.share
+    def key(o: ForceLocation) -> tuple[bool, bool, int, float]:
+        is_as_good = o.share >= best - settings.force_location_tolerance
+        return o.chance > settings.max_chance_share, not is_as_good, o.forces if is_as_good else 0, -o.share
 
     return sorted(locations, key=key)
 

@@ -70,6 +70,15 @@ def evidence_of_forces(forces: Sequence[ForceLocation], at: str, wheelset: int |
     return NO_EVIDENCE if best is None else LocationEvidence(best.share, best.standard_error)
 
 
+def share_at_contact(forces: Sequence[ForceLocation]) -> float:
+    """Return the largest share that forces at the contact explain, however many: noise of the track moves all wheelsets.
+
+    >>> share_at_contact([ForceLocation("primary_yaw", None, 0.6, 4), ForceLocation("contact", None, 0.7, 8)])
+    0.7
+    """
+    return max((f.share for f in forces if f.at in CONTACT_LOCATIONS), default=0.0)
+
+
 def rival_locations(settings: LoopSettings, forces: Sequence[ForceLocation]) -> tuple[ForceLocation, ...]:
     """Return the locations at other joints whose forces explain the residual as well as those of the first.
 

@@ -21,7 +21,6 @@ from railui.identification.structure.drift import Drift, find_drifts, refine_dri
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
 from railui.identification.structure.refit import worthwhile_misfit
 from railui.identification.unmodelled.evidence import (
-    CONTACT_LOCATIONS,
     NO_EVIDENCE,
     LocationEvidence,
     evidence_of_blocks,
@@ -30,6 +29,7 @@ from railui.identification.unmodelled.evidence import (
     evidence_of_validations,
     joint_of,
     rival_locations,
+    share_at_contact,
 )
 from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained_by_curve, fit_curve
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence
@@ -130,7 +130,8 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     if variation is not None and variation.explained_share >= settings.reliable_share:
         return variation
     forces = locate_forces(context, fit)
-    origin = forces[0] if forces else None
+    locating = [f for f in forces if f.chance <= settings.max_chance_share]
+    origin = locating[0] if locating else None
     if origin is None:
         progress.message("  a single channel was measured: forces at any location can explain its residual")
     else:
@@ -149,7 +150,7 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     if origin is not None and curve.share < settings.reliable_share:
         at, wheelset = origin.at, origin.wheelset
         evidence = LocationEvidence(origin.share, origin.standard_error)
-        rivals = rival_locations(context.settings, forces)
+        rivals = rival_locations(context.settings, locating)
     coupling = next(iter(find_couplings(context, fit)), None)
     if coupling is not None and coupling.share >= max(settings.reliable_share, curve.share):
         progress.message(f"  a coupling of {coupling.text} explains {coupling.share:.2f}")
@@ -158,9 +159,8 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     else:
         coupling = None
     share = curve.share if origin is None else max(curve.share, origin.share)
-    contact_share = max((f.share for f in forces if f.at in CONTACT_LOCATIONS), default=0.0)
     found = _curve_discrepancy(curve, at, wheelset, share)
-    return replace(found, coupling=coupling, evidence=evidence, contact_share=contact_share, rivals=rivals)
+    return replace(found, coupling=coupling, evidence=evidence, contact_share=share_at_contact(forces), rivals=rivals)
 
 
 def _stronger(context: Context, one: LocationEvidence, other: LocationEvidence) -> LocationEvidence:
