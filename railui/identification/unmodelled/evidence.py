@@ -71,7 +71,7 @@ def evidence_of_forces(forces: Sequence[ForceLocation], at: str, wheelset: int |
 
 
 def share_at_contact(forces: Sequence[ForceLocation]) -> float:
-    """Return the largest share that forces at the contact explain, however many: noise of the track moves all wheelsets.
+    """Return the largest share that forces at the contact explain, however many: track noise moves all wheelsets.
 
     >>> share_at_contact([ForceLocation("primary_yaw", None, 0.6, 4), ForceLocation("contact", None, 0.7, 8)])
     0.7
