@@ -6,13 +6,11 @@ python -m tests.blind.blind --loops 150 --seed 20000 -o trial.csv --resume --wri
 from __future__ import annotations
 
 import argparse
-import multiprocessing
-import os
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +22,7 @@ from railui.identification.structure.minimum_detectable import minimum_detectabl
 from tests.blind.assessment import TrialRow, run_case, truth_of
 from tests.blind.cases import DETECTABLE_PARAMETERS, PlantedCase, with_detectable_effect
 from tests.blind.draw import LIMITS, LOOPS, draw_trial
+from tests.blind.processes import process_pool
 from tests.blind.simulation import simulate, simulation_groups, stored_campaign
 from tests.blind.table import HEAD, format_row, totals, write_section
 from tests.trial_rows import append_rows, read_rows
@@ -102,11 +101,9 @@ def run_trial(cases: Sequence[PlantedCase], options: Options, processes: int) ->
 
     When the loops of all campaigns for detection limits have run, those with effects of the stated size follow.
     """
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # the processes inherit it
     limits = {case.order.seed for case in cases if case.sort == "limit"}
     planted: list[PlantedCase] = []
-    with ProcessPoolExecutor(processes, multiprocessing.get_context("spawn")) as pool:
+    with process_pool(processes) as pool:
 
         def submit(cases: Sequence[PlantedCase]) -> set[Future[Any]]:
             groups = simulation_groups(cases, options.store)
@@ -116,24 +113,20 @@ def run_trial(cases: Sequence[PlantedCase], options: Options, processes: int) ->
             return started if options.simulate_only else started | {pool.submit(run_loop, c, options) for c in ready}
 
         pending = submit(sorted(cases, key=lambda case: case.sort != "limit"))
-        try:
-            while pending:
-                done, pending = wait(pending, return_when=FIRST_COMPLETED)
-                for found in (future.result() for future in done):
-                    if isinstance(found, Simulated):
-                        if not options.simulate_only:
-                            pending |= {pool.submit(run_loop, case, options) for case in found.cases}
-                        continue
-                    if found.row is not None:
-                        yield found.row
-                    planted += found.planted
-                    if found.case.sort == "limit":
-                        limits.discard(found.case.order.seed)
-                        if not limits:
-                            pending |= submit(planted)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+        while pending:
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            for found in (future.result() for future in done):
+                if isinstance(found, Simulated):
+                    if not options.simulate_only:
+                        pending |= {pool.submit(run_loop, case, options) for case in found.cases}
+                    continue
+                if found.row is not None:
+                    yield found.row
+                planted += found.planted
+                if found.case.sort == "limit":
+                    limits.discard(found.case.order.seed)
+                    if not limits:
+                        pending |= submit(planted)
 
 
 def stored_rows(parser: argparse.ArgumentParser, options: argparse.Namespace) -> list[TrialRow]:

@@ -6,11 +6,9 @@ python -m tests.blind.coaches --seed 50000 -o coaches.csv --resume --write docs/
 from __future__ import annotations
 
 import argparse
-import multiprocessing
-import os
 import tempfile
 from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +16,7 @@ from tests.blind.assessment import TrialRow, Truth, run_case
 from tests.blind.blind import stored_rows
 from tests.blind.coach_cases import CoachCase, draw_coaches
 from tests.blind.coach_table import MARKS, coach_totals
+from tests.blind.processes import process_pool
 from tests.blind.simulation import grouped
 from tests.blind.table import HEAD, format_row, write_section
 from tests.trial_rows import append_rows
@@ -50,10 +49,7 @@ def run(case: CoachCase, directory: Path) -> TrialRow:
 
 def run_trial(cases: Sequence[CoachCase], directory: Path, processes: int) -> Iterator[TrialRow]:
     """Simulate the campaigns, those of alike time step together, run the loop on each and yield its row."""
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # the processes inherit it
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, context, max_tasks_per_child=1) as pool:
+    with process_pool(processes, max_tasks_per_child=1) as pool:
         ready = [case for case in cases if is_simulated(case, directory)]
         pending: set[Future[Any]] = {pool.submit(run, case, directory) for case in ready}
         lacking = groups_of([case for case in cases if case not in ready])
