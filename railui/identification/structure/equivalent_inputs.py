@@ -17,6 +17,7 @@ from railui import core
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.comparison import comparison_filter
 from railui.campaign.segment import Segment
+from railui.campaign.settings.discrepancy import DiscrepancySettings
 from railui.dsp.spectra import hann
 from railui.identification.context import Context
 from railui.identification.estimation.block_ratio import ratio_standard_error
@@ -92,6 +93,10 @@ class ForceLocation:
         """Share of any residual that so many forces explain."""
         return self.windows[0].chance if self.windows else 0.0
 
+    def can_locate(self, settings: DiscrepancySettings) -> bool:
+        """True unless so many forces explain most of any residual."""
+        return self.chance <= settings.max_chance_share
+
     def lead(self, other: ForceLocation) -> tuple[float, float]:
         """Return by how much the share exceeds that of another location, and the standard error of that difference.
 
@@ -131,12 +136,11 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
         if same
     ]
     settings = context.settings.discrepancy
-    locating = [o for o in locations if o.chance <= settings.max_chance_share]
-    best = max((o.share for o in locating), default=0.0)
+    best = max((o.share for o in locations if o.can_locate(settings)), default=0.0)
 
     def key(o: ForceLocation) -> tuple[bool, bool, int, float]:
         is_as_good = o.share >= best - settings.force_location_tolerance
-        return o.chance > settings.max_chance_share, not is_as_good, o.forces if is_as_good else 0, -o.share
+        return not o.can_locate(settings), not is_as_good, o.forces if is_as_good else 0, -o.share
 
     return sorted(locations, key=key)
 

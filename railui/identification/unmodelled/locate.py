@@ -130,7 +130,7 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     if variation is not None and variation.explained_share >= settings.reliable_share:
         return variation
     forces = locate_forces(context, fit)
-    locating = [f for f in forces if f.chance <= settings.max_chance_share]
+    locating = [f for f in forces if f.can_locate(settings)]
     origin = locating[0] if locating else None
     if origin is None:
         progress.message("  a single channel was measured: forces at any location can explain its residual")
