@@ -95,7 +95,7 @@ class Discrepancy:
 
     def is_located(self, settings: VerdictSettings) -> bool:
         """True where the evidence suffices to name the location, and forces elsewhere do not explain as much."""
-        return bool(self.at) and not self.rivals and self.evidence.is_sufficient(settings)
+        return len(self.locations(settings)) == 1
 
     def locations(self, settings: VerdictSettings) -> list[tuple[str, int | None, LocationEvidence]]:
         """List the locations that explain the residual equally well; empty without evidence, or where they are many."""
