@@ -7,6 +7,27 @@ const MOST_STEPS: usize = 40;
 const RELATIVE: f64 = 1e-6;
 const ABSOLUTE: f64 = 1e-12; // m/s
 
+/// Lateral forces on the rail as a function of u': a closure would not be compiled for the level.
+struct Balance<'a, P> {
+    wheelset: &'a WheelsetLanes,
+    part: usize,
+    damping: P,
+    still: P,
+    share: P,
+    creeps: &'a Slipping<P>,
+    ty: [P; 2],
+}
+
+impl<P: Part> Balance<'_, P> {
+    /// k_r u + c_r u' + Q_y
+    #[inline(always)]
+    fn sum(&self, du: P) -> P {
+        let (ty_1, ty_2) = (self.share.neg_mul_add(du, self.ty[0]), self.share.neg_mul_add(du, self.ty[1]));
+        let ([_, ty_1], [_, ty_2]) = self.wheelset.creep_forces(self.part, self.creeps, ty_1, ty_2);
+        self.damping.mul_add(du, self.still) - ty_1 - ty_2
+    }
+}
+
 impl WheelsetLanes {
     /// u' of the rail from k_r u + c_r u' = -Q_y, in which Q_y holds u' through the lateral creepage.
     ///
@@ -29,18 +50,14 @@ impl WheelsetLanes {
             return (ty[0] + ty[1] - still) / steepest;
         };
         let (none, one, half) = (P::zero(), P::splat(1.0), P::splat(0.5));
-        let sum = |du: P| {
-            let (ty_1, ty_2) = (share.neg_mul_add(du, ty[0]), share.neg_mul_add(du, ty[1]));
-            let ([_, ty_1], [_, ty_2]) = self.creep_forces(part, creeps, ty_1, ty_2);
-            damping.mul_add(du, still) - ty_1 - ty_2
-        };
-        let (mut before, mut total_before) = (none, sum(none));
+        let balance = Balance { wheelset: self, part, damping, still, share, creeps, ty };
+        let (mut before, mut total_before) = (none, balance.sum(none));
         let least = half * damping;
         let (near, far) = (-total_before / steepest, -total_before / least);
         let (mut low, mut high) = (far.min(none), far.max(none));
         let (mut du, mut on_the_way) = (near, one);
         for _ in 0..MOST_STEPS {
-            let total = sum(du);
+            let total = balance.sum(du);
             low = total.if_less(none, du, low);
             high = total.if_less(none, high, du);
             let (apart, smallest) = (du - before, P::splat(f64::MIN_POSITIVE));

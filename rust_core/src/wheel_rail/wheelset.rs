@@ -247,7 +247,6 @@ impl WheelsetLanes {
         ty_1: P,
         ty_2: P,
     ) -> ([P; 2], [P; 2]) {
-        let one = P::splat(1.0);
         let Slipping { tx, spin, speed } = *slipping;
         let mut wheels =
             [Creeping { tx, ty: ty_1, spin: spin[0], speed }, Creeping { tx, ty: ty_2, spin: spin[1], speed }];
@@ -257,18 +256,21 @@ impl WheelsetLanes {
                 let (wheel, mut force) = (&mut wheels[i], forces[i]);
                 if !creep.acts_fully {
                     let alpha = P::load(&creep.alpha, part);
-                    // amount 1 has the same digits as without blending
-                    let blend = |linear: P, full: P| {
-                        let partly = alpha.mul_add(full - linear, linear);
-                        alpha.if_less(one, partly, one.if_less(alpha, partly, full))
-                    };
-                    force = [blend(wheel.tx, force[0]), blend(wheel.ty, force[1])];
+                    force = [blend(alpha, wheel.tx, force[0]), blend(alpha, wheel.ty, force[1])];
                 }
                 [wheel.tx, wheel.ty] = force;
             }
         }
         ([wheels[0].tx, wheels[0].ty], [wheels[1].tx, wheels[1].ty])
     }
+}
+
+/// As much of the way from the linear law to a full one as the amount says; amount 1 has the same digits as the full one.
+#[inline(always)]
+fn blend<P: Part>(alpha: P, linear: P, full: P) -> P {
+    let one = P::splat(1.0);
+    let partly = alpha.mul_add(full - linear, linear);
+    alpha.if_less(one, partly, one.if_less(alpha, partly, full))
 }
 
 /// The contacts of a part of the lanes with any laws, at the present speed.
