@@ -1,6 +1,6 @@
 //! Groups over threads: designs, perturbed parameters, candidates.
 use crate::curving::{Equilibrium, EquilibriumForces};
-use crate::error::{Error, Result, expect_len};
+use crate::error::{Result, expect_len};
 use crate::integrate::comparison::{Filter, apply_sensors, as_rows, filtered};
 use crate::integrate::recorder::{Recorder, Series};
 use crate::integrate::ride_statistics::{RideSums, cascade};
@@ -49,12 +49,29 @@ fn group_size(count: usize) -> usize {
     if 2 * count <= 3 * LANES { LANES / 2 } else { LANES }
 }
 
+/// Steps of a run from which it takes longer than to make its groups ready.
+const LONG_RUN: usize = 500;
+
 /// Vehicles of a group whose channels are recorded: no more than the widest part takes, so that what is recorded stays in
-/// the cache; and those of one register where the form fills it as well as two.
+/// the cache; and of long runs those of one register where the form fills it as well as two.
 fn recorded_group_size(vehicles: &VehicleBatch<'_>, inputs: &InputTable<'_>) -> Result<usize> {
     let size = group_size(vehicles.count).min(level().widest().max(LANES / 2));
-    let first = vehicles.group(LaneGroup { from: 0, live: vehicles.count.min(size) }, &[])?;
-    Ok(if Choice::of(&first, inputs.level).is_straight() { size.min(level().register()) } else { size })
+    if inputs.step_count() < LONG_RUN || size <= level().register() {
+        return Ok(size);
+    }
+    // of a batch the first often lacks what the others have
+    let ends = [vehicles.single(0), vehicles.single(vehicles.count - 1)];
+    let group = vehicles.structure.group(&ends, &[])?;
+    Ok(if Choice::of(&group, inputs.level).is_straight() { level().register() } else { size })
+}
+
+/// Work on groups: side by side on the threads of a pool, one after the other outside of one.
+fn for_each_group<G: Send, R: Send>(groups: Vec<G>, work: impl Fn(G) -> Result<R> + Sync + Send) -> Result<Vec<R>> {
+    if rayon::current_thread_index().is_some() {
+        groups.into_par_iter().map(work).collect()
+    } else {
+        groups.into_iter().map(work).collect()
+    }
 }
 
 impl VehicleBatch<'_> {
@@ -141,14 +158,12 @@ pub fn simulate(
     let mut out = vec![0.0; vehicles.count * row];
     let mut diverged = vec![None; vehicles.count];
     let size = recorded_group_size(vehicles, inputs)?;
-    out.par_chunks_mut((size * row).max(1))
-        .zip(diverged.par_chunks_mut(size))
-        .zip(vehicles.lane_groups(size))
-        .try_for_each(|((out, diverged_at), some)| {
-            let found = simulate_group(vehicles, inputs, channels, filter, some, cancel, out)?;
-            diverged_at.copy_from_slice(&found[..some.live]);
-            Ok::<(), Error>(())
-        })?;
+    let parts = out.chunks_mut((size * row).max(1)).zip(diverged.chunks_mut(size)).zip(vehicles.lane_groups(size));
+    for_each_group(parts.collect(), |((out, diverged_at), some)| {
+        let found = simulate_group(vehicles, inputs, channels, filter, some, cancel, out)?;
+        diverged_at.copy_from_slice(&found[..some.live]);
+        Ok(())
+    })?;
     Ok((out, diverged))
 }
 
@@ -308,17 +323,13 @@ pub fn score(
     cancel: &AtomicBool,
 ) -> Result<Scores> {
     let samples = inputs.samples();
-    let parts: Vec<_> = vehicles
-        .lane_groups(group_size(vehicles.count))
-        .into_par_iter()
-        .map(|some| {
-            let group = vehicles.group(some, &statistics_request.channels)?;
-            let mut sums = statistics_request.sums(vehicles, some, samples)?;
-            let diverged_at =
-                run(&group, inputs, &vehicles.initial(some), some.live, Recorder::RideSums(&mut sums), cancel)?;
-            Ok::<_, Error>((sums, diverged_at, some.live))
-        })
-        .collect::<Result<_>>()?;
+    let parts = for_each_group(vehicles.lane_groups(group_size(vehicles.count)), |some| {
+        let group = vehicles.group(some, &statistics_request.channels)?;
+        let mut sums = statistics_request.sums(vehicles, some, samples)?;
+        let initial = vehicles.initial(some);
+        let diverged_at = run(&group, inputs, &initial, some.live, Recorder::RideSums(&mut sums), cancel)?;
+        Ok((sums, diverged_at, some.live))
+    })?;
     let mut scores = Scores { displacement: Vec::new(), rms: Vec::new(), blocks: Vec::new(), diverged: Vec::new() };
     for (sums, diverged_at, live) in parts {
         for (lane, diverged_at) in diverged_at.iter().enumerate().take(live) {

@@ -50,36 +50,21 @@ fn with_threads<T>(jobs: usize, using: impl FnOnce(&ThreadPool) -> T) -> T {
     out
 }
 
-/// Work without the interpreter's lock; check its signals every 50 ms, so that ctrl-c interrupts.
+/// Vehicles times steps of work that is done long before signals are looked at: it needs no thread of its own.
+const SHORT_WORK: usize = 50_000;
+
+/// Work without the interpreter's lock, for so many vehicles times steps; ctrl-c interrupts what takes long.
 fn without_gil<T: Send>(
     py: Python<'_>,
     jobs: usize,
+    vehicle_steps: usize,
     work: impl FnOnce(&AtomicBool) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
-    let cancel = AtomicBool::new(false);
-    let mut interrupt = None;
-    let attend = |pool: &ThreadPool| {
-        let (send, receive) = mpsc::channel();
-        pool.in_place_scope(|scope| {
-            scope.spawn(|_| {
-                let _ = send.send(catch_unwind(AssertUnwindSafe(|| work(&cancel))));
-            });
-            loop {
-                match receive.recv_timeout(Duration::from_millis(50)) {
-                    Ok(done) => return done,
-                    Err(_) if interrupt.is_some() => {}
-                    Err(_) => {
-                        interrupt = Python::attach(|py| py.check_signals()).err();
-                        cancel.store(interrupt.is_some(), Ordering::Relaxed);
-                    }
-                }
-            }
-        })
+    let done = if vehicle_steps <= SHORT_WORK {
+        py.detach(|| catch_unwind(AssertUnwindSafe(|| work(&AtomicBool::new(false)))))
+    } else {
+        py.detach(|| with_threads(jobs, |pool| attended(pool, work)))?
     };
-    let done = py.detach(|| with_threads(jobs, attend));
-    if let Some(error) = interrupt {
-        return Err(error);
-    }
     match done {
         Ok(result) => result.map_err(to_py_error),
         Err(panic) => {
@@ -90,6 +75,32 @@ fn without_gil<T: Send>(
             Err(PyRuntimeError::new_err(format!("the kernel failed: {what}; this is a fault of railui")))
         }
     }
+}
+
+/// Work on the threads of a pool, while this thread checks the signals of the interpreter every 50 ms.
+fn attended<T: Send>(
+    pool: &ThreadPool,
+    work: impl FnOnce(&AtomicBool) -> T + Send,
+) -> PyResult<std::thread::Result<T>> {
+    let cancel = AtomicBool::new(false);
+    let mut interrupt = None;
+    let (send, receive) = mpsc::channel();
+    let done = pool.in_place_scope(|scope| {
+        scope.spawn(|_| {
+            let _ = send.send(catch_unwind(AssertUnwindSafe(|| work(&cancel))));
+        });
+        loop {
+            match receive.recv_timeout(Duration::from_millis(50)) {
+                Ok(done) => return done,
+                Err(_) if interrupt.is_some() => {}
+                Err(_) => {
+                    interrupt = Python::attach(|py| py.check_signals()).err();
+                    cancel.store(interrupt.is_some(), Ordering::Relaxed);
+                }
+            }
+        }
+    });
+    interrupt.map_or(Ok(done), Err)
 }
 
 fn role(param: &Param) -> &'static str {
@@ -371,8 +382,8 @@ impl Vehicle {
         let vehicles = rows.of(&self.structure);
         let inputs = self.inputs(&table, steps, dt)?;
         let filter = filter_parts.map(filter).transpose()?;
-        let (series, diverged_at) =
-            without_gil(py, jobs, |cancel| batch::simulate(&vehicles, &inputs, &channels, filter.as_ref(), cancel))?;
+        let work = |cancel: &AtomicBool| batch::simulate(&vehicles, &inputs, &channels, filter.as_ref(), cancel);
+        let (series, diverged_at) = without_gil(py, jobs, vehicles.count * inputs.step_count(), work)?;
         Ok((PyArray1::from_vec(py, series), diverged_at.into_iter().map(|k| k.map_or(-1, |k| k as i64)).collect()))
     }
 
@@ -398,7 +409,8 @@ impl Vehicle {
         let vehicles = rows.of(&self.structure);
         let inputs = self.inputs(&table, steps, dt)?;
         let statistics_request = statistics_request(vehicles.count, channels, wheelsets, &clearance, &cascades, block)?;
-        let scores = without_gil(py, jobs, |cancel| batch::score(&vehicles, &inputs, &statistics_request, cancel))?;
+        let work = |cancel: &AtomicBool| batch::score(&vehicles, &inputs, &statistics_request, cancel);
+        let scores = without_gil(py, jobs, vehicles.count * inputs.step_count(), work)?;
         let flat = |x: Vec<Vec<f64>>| PyArray1::from_vec(py, x.concat());
         Ok((
             PyArray1::from_vec(py, scores.displacement.iter().flatten().flatten().copied().collect()),
@@ -496,13 +508,14 @@ impl Vehicle {
 
     /// Names of the degrees of freedom: the first so many states, their rates the next.
     fn freedoms(&self, batch: Batch<'_>) -> PyResult<Vec<String>> {
-        Ok(self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(to_py_error)?.dofs)
+        let vehicle = self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(to_py_error)?;
+        Ok(vehicle.dofs.into_iter().map(Into::into).collect())
     }
 
     /// Names of the channels that the vehicle has.
     fn channels(&self, batch: Batch<'_>) -> PyResult<Vec<String>> {
         let vehicle = self.structure.assemble(&batch.rows()?.of(&self.structure).single(0)).map_err(to_py_error)?;
-        Ok(vehicle.channels.into_iter().map(|c| c.name).collect())
+        Ok(vehicle.channel_names())
     }
 
     /// Linear spring and damper, (stiffness, damping), at every port of the first vehicle: {(place, wheelset): ...}.

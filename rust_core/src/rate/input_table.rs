@@ -27,6 +27,10 @@ impl<'a> InputTable<'a> {
         (self.table.len() / self.columns - 1) / (2 * self.steps) + 1
     }
 
+    pub fn step_count(&self) -> usize {
+        (self.samples() - 1) * self.steps
+    }
+
     pub fn check(&self, columns: usize) -> Result<()> {
         expect_len("columns of the input table", self.columns, columns)?;
         let rows = self.table.len() / self.columns.max(1);

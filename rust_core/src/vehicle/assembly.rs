@@ -4,6 +4,7 @@ use crate::effects::effect::Site;
 use crate::error::{Error, Result};
 use crate::wheel_rail::coefficients::Wheelset;
 use nalgebra::DMatrix;
+use std::borrow::Cow;
 
 /// A symmetric term at a port: its row, stiffness, damping.
 pub type Term<'a> = (&'a [(usize, f64)], f64, f64);
@@ -20,10 +21,13 @@ pub type Driven = Vec<(usize, usize, f64)>;
 /// The number of the place between all wheelsets at once: the linkage.
 pub const LINKAGE: u8 = u8::MAX;
 
+/// A name, without a copy where it is that of a built-in kind.
+pub type Name = Cow<'static, str>;
+
 /// A named location of effects.
 #[derive(Clone, Debug)]
 pub struct Port {
-    pub at: String,
+    pub at: Name,
     /// The place of the catalogue that it is one of.
     pub class: &'static str,
     /// 0: the place belongs to no single wheelset.
@@ -33,6 +37,26 @@ pub struct Port {
     /// The row through which the force returns, where it is not the row of the motion.
     pub reaction: Option<Row>,
     pub site: Site,
+}
+
+impl Port {
+    fn channel_name(&self, letter: &str) -> String {
+        if self.wheelset == LINKAGE {
+            return format!("{letter}.{}.linkage", self.at);
+        }
+        format!("{letter}.{}.{}", self.at, self.wheelset)
+    }
+
+    /// The motion here as a channel without a name.
+    pub fn motion(&self, order: Order) -> Channel {
+        let mut channel = Channel::new("", order, &self.row);
+        if order == Order::Position {
+            channel.inputs = self.inputs.clone();
+        } else {
+            channel.rates = self.inputs.iter().map(|(column, factor)| (column + 1, *factor)).collect();
+        }
+        channel
+    }
 }
 
 /// A law that belongs to the vehicle itself: a stop, a spring and a damper in series.
@@ -55,7 +79,7 @@ pub enum Order {
 /// A measured or wanted signal: a row of the motion plus columns of the input table.
 #[derive(Clone, Debug)]
 pub struct Channel {
-    pub name: String,
+    pub name: Name,
     pub order: Order,
     pub row: Row,
     /// Further terms of the motion.
@@ -69,7 +93,7 @@ pub struct Channel {
 
 impl Channel {
     /// The motion of a row alone.
-    pub fn new(name: &str, order: Order, row: &[(usize, f64)]) -> Self {
+    pub fn new(name: impl Into<Name>, order: Order, row: &[(usize, f64)]) -> Self {
         let (also, inputs, rates) = (Vec::new(), Inputs::new(), Inputs::new());
         Channel { name: name.into(), order, row: row.to_vec(), also, inputs, rates, rail: None }
     }
@@ -79,7 +103,7 @@ impl Channel {
 /// described at their centres of mass.
 #[derive(Clone, Debug)]
 pub struct Assembly {
-    pub dofs: Vec<String>,
+    pub dofs: Vec<Name>,
     pub mass: Vec<f64>,
     pub stiffness: DMatrix<f64>,
     pub damping: DMatrix<f64>,
@@ -100,11 +124,12 @@ pub struct Assembly {
 
 impl Assembly {
     /// Bodies alone, by name and mass: no springs, no ports yet.
-    pub fn of(masses: &[(&str, f64)]) -> Self {
+    pub fn of<N: Into<Name>>(masses: Vec<(N, f64)>) -> Self {
         let n = masses.len();
+        let (dofs, mass) = masses.into_iter().map(|(name, mass)| (name.into(), mass)).unzip();
         Assembly {
-            dofs: masses.iter().map(|b| b.0.to_string()).collect(),
-            mass: masses.iter().map(|b| b.1).collect(),
+            dofs,
+            mass,
             stiffness: DMatrix::zeros(n, n),
             damping: DMatrix::zeros(n, n),
             wheelsets: Vec::new(),
@@ -154,20 +179,26 @@ impl Assembly {
     }
 
     /// A further signal of the motion of a row.
-    pub fn channel(&mut self, name: &str, order: Order, row: &[(usize, f64)]) -> &mut Channel {
+    pub fn channel(&mut self, name: impl Into<Name>, order: Order, row: &[(usize, f64)]) -> &mut Channel {
         self.channels.push(Channel::new(name, order, row));
         self.channels.last_mut().expect("just pushed")
     }
 
-    /// The motion at every port as channels `z.PLACE.WHEELSET` and `v.PLACE.WHEELSET`.
-    pub fn port_channels(&mut self) {
-        for port in self.ports.clone() {
-            let number = if port.wheelset == LINKAGE { "linkage".into() } else { port.wheelset.to_string() };
-            let z = self.channel(&format!("z.{}.{number}", port.at), Order::Position, &port.row);
-            z.inputs = port.inputs.clone();
-            let v = self.channel(&format!("v.{}.{number}", port.at), Order::Velocity, &port.row);
-            v.rates = port.inputs.iter().map(|(column, factor)| (column + 1, *factor)).collect();
-        }
+    /// Names of all channels; the last are those of the motion at every port, `z.PLACE.WHEELSET` and `v.PLACE.WHEELSET`.
+    pub fn channel_names(&self) -> Vec<String> {
+        let own = self.channels.iter().map(|channel| channel.name.to_string());
+        own.chain(self.ports.iter().flat_map(|port| ["z", "v"].map(|letter| port.channel_name(letter)))).collect()
+    }
+
+    /// The port and the order of a channel of the motion there.
+    pub fn port_channel(&self, name: &str) -> Option<(usize, Order)> {
+        let (letter, _) = name.split_once('.')?;
+        let order = match letter {
+            "z" => Order::Position,
+            "v" => Order::Velocity,
+            _ => return None,
+        };
+        Some((self.ports.iter().position(|port| port.channel_name(letter) == name)?, order))
     }
 
     /// The ports of a place: of one wheelset, or with 0 of every wheelset.
@@ -198,10 +229,6 @@ impl Assembly {
             *matrix = grown;
         }
         self.ports[place].row.push((coach, -alpha));
-        let of_port = format!(".{at}.");
-        for channel in self.channels.iter_mut().filter(|c| c.name.contains(&of_port)) {
-            channel.row.push((coach, -alpha));
-        }
     }
 
     /// State matrix of x = [q, q', states of own laws] at a speed, with further symmetric terms at ports: (port row, k, c).

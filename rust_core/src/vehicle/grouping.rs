@@ -14,6 +14,7 @@ use crate::vehicle::structure::{Placed, Single, Structure, contact_site};
 use crate::wheel_rail::coefficients::{Contact, ContactNumbers, NO_LIMIT};
 use crate::wheel_rail::guiding::Guiding;
 use crate::wheel_rail::wheelset::{RailLanes, WheelsetLanes};
+use std::borrow::Cow;
 
 /// The vehicles of a group, one per lane, and their numbers.
 struct SixteenVehicles<'a> {
@@ -254,23 +255,36 @@ impl SixteenVehicles<'_> {
         if let Some(reading) = state_reading(group, name).or_else(|| guiding_reading(group, name)) {
             return Ok(reading);
         }
-        let Some(k) = self.vehicles[0].channels.iter().position(|c| c.name == name) else {
-            let known = self.vehicles[0].channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(Error::Channel(name.into(), known));
+        let first = self.vehicles[0];
+        if let Some(k) = first.channels.iter().position(|c| c.name == name) {
+            return Ok(self.reading_of(group, name, |vehicle| Cow::Borrowed(&vehicle.channels[k])));
+        }
+        let Some((port, order)) = first.port_channel(name) else {
+            return Err(Error::Channel(name.into(), first.channel_names().join(", ")));
         };
-        Ok(self.reading_of(group, |vehicle| &vehicle.channels[k]))
+        Ok(self.reading_of(group, name, |vehicle| Cow::Owned(vehicle.ports[port].motion(order))))
     }
 
     /// Contribution of the load transfer to the guiding forces of a wheelset, of vehicles that roll.
     fn leaning(&self, group: &Group, i: usize) -> Reading {
         let has_any = !self.vehicles[0].leaning.is_empty();
-        if has_any { self.reading_of(group, |vehicle| &vehicle.leaning[i]) } else { Reading::default() }
+        if has_any {
+            self.reading_of(group, "", |vehicle| Cow::Borrowed(&vehicle.leaning[i]))
+        } else {
+            Reading::default()
+        }
     }
 
-    fn reading_of(&self, group: &Group, channel: impl Fn(&Assembly) -> &Channel) -> Reading {
-        let of = |l: usize| -> &Channel { channel(self.vehicles[l]) };
-        let (name, inputs) = (of(0).name.clone(), terms(|l| &of(l).inputs));
-        let mut reading = Reading { name, inputs, ..Reading::default() };
+    /// A channel of every vehicle.
+    fn reading_of<'a>(
+        &'a self,
+        group: &Group,
+        name: &str,
+        channel: impl Fn(&'a Assembly) -> Cow<'a, Channel>,
+    ) -> Reading {
+        let channels: Vec<_> = self.vehicles.iter().map(|vehicle| channel(vehicle)).collect();
+        let of = |l: usize| -> &Channel { &channels[l] };
+        let mut reading = Reading { name: name.into(), inputs: terms(|l| &of(l).inputs), ..Reading::default() };
         let mut add = |order: Order, row: Vec<(usize, Lanes)>| {
             let velocities = row.iter().map(|(i, a)| (i + group.dofs, *a));
             match order {

@@ -94,7 +94,6 @@ impl VehicleKind {
         if let Some(setup) = line {
             LinePlaces::planar(&vehicle, setup).deflect(&mut vehicle);
         }
-        vehicle.port_channels();
         Ok(vehicle)
     }
 
@@ -199,7 +198,7 @@ fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
     let mut bodies = vec![("y", p.frame_mass), ("psi", p.frame_yaw_inertia)];
     bodies.extend([("y1", m_a), ("psi1", i_za), ("y2", m_a), ("psi2", i_za)]);
     bodies.extend(carbody.then_some(("y_c", p.frame_mass)));
-    let mut v = Assembly::of(&bodies);
+    let mut v = Assembly::of(bodies);
     let secondary: &[_] = if carbody { &[(0, 1.0), (6, -1.0)] } else { &[(0, 1.0)] };
     let lateral = [[(2, 1.0), (0, -1.0), (1, -a)], [(4, 1.0), (0, -1.0), (1, a)]];
     let yaw = [[(3, 1.0), (1, -1.0)], [(5, 1.0), (1, -1.0)]];
@@ -242,7 +241,7 @@ fn bogie(p: &[f64], measured: &[String], carbody: bool) -> Assembly {
     }
     for i in 0..2 {
         let column = 2 + 5 * i;
-        let e = v.channel(&format!("e{}", i + 1), Order::Position, &[(2 + 2 * i, 1.0)]);
+        let e = v.channel(["e1", "e2"][i], Order::Position, &[(2 + 2 * i, 1.0)]);
         e.inputs = vec![(column, -1.0), (column + 2, -p.rolling_radius)];
         e.rail = Some(i);
     }
@@ -284,7 +283,7 @@ fn wheelset_on_springs(p: &[f64]) -> Assembly {
     let (s_y, s_psi) = (p.lateral_stiffness, p.yaw_stiffness);
     let contact =
         [p.conicity, p.longitudinal_creep, p.lateral_creep, p.gravitational_stiffness, p.contact_angle, p.roll];
-    let mut v = Assembly::of(&[("y1", p.mass), ("psi1", p.yaw_inertia)]);
+    let mut v = Assembly::of(vec![("y1", p.mass), ("psi1", p.yaw_inertia)]);
     v.spring(&[(0, 1.0)], s_y);
     v.spring(&[(1, 1.0)], s_psi);
     v.port("primary_lateral", 1, &[(0, 1.0)], s_y, 0.0);
@@ -323,7 +322,7 @@ numbers! {
 /// deflection, which the suspension feels.
 fn rig(p: &[f64], input: RigInput) -> Assembly {
     let RigNumbers { mass: m, stiffness: k, damping: c, gain, preload } = RigNumbers::of(p);
-    let mut v = Assembly::of(&[("z", m)]);
+    let mut v = Assembly::of(vec![("z", m)]);
     v.spring(&[(0, 1.0)], k);
     v.damper(&[(0, 1.0)], c);
     v.port("rig", 0, &[(0, 1.0)], k, c);
@@ -361,7 +360,7 @@ numbers! {
 /// moves feels -F, so that F is its acceleration reversed; the laws follow the columns, not that body.
 fn component(p: &[f64]) -> Assembly {
     let ComponentNumbers { stiffness: k, damping: c, preload } = ComponentNumbers::of(p);
-    let mut v = Assembly::of(&[("reaction", 1.0)]);
+    let mut v = Assembly::of(vec![("reaction", 1.0)]);
     // columns: 2 z, 3 z', 4 z''
     v.inputs = vec![(0, 2, -k), (0, 3, -c), (0, ONE, -preload)];
     let site = Site::moving("rig", k, c);

@@ -3,7 +3,7 @@
 //! y and psi count from the line under each body, phi from the plane of the track under the middle of the vehicle. The
 //! suspension deflects by these plus the line under each body against the tangent at the middle.
 use crate::error::{Error, Result};
-use crate::vehicle::assembly::{Assembly, Inputs, Order, Row};
+use crate::vehicle::assembly::{Assembly, Inputs, Name, Order, Row};
 
 /// Columns behind those of a straight track: g phi_m and V^2 phi_m'', phi_m the cant under the middle of the vehicle;
 /// then these of every position, the middle of the vehicle last.
@@ -99,10 +99,10 @@ impl LinePlaces {
         }
         behind.push(middle);
         let height = vehicle.wheelsets.first().map_or(0.0, |w| w.r);
-        let place = |(i, name): (usize, &String)| {
+        let place = |(i, name): (usize, &Name)| {
             let letter = if name.starts_with('y') { Letter::Lateral } else { Letter::Yaw };
             let wheelset = vehicle.wheelsets.iter().position(|w| w.y == i || w.psi == i);
-            match (wheelset, name.as_str()) {
+            match (wheelset, &**name) {
                 (Some(number), _) => OnLine { letter, position: number + usize::from(frame), height },
                 (None, "y_c") => OnLine { letter, position: behind.len() - 1, height: 0.0 },
                 (None, _) => OnLine { letter, position: 0, height },
@@ -122,7 +122,7 @@ impl LinePlaces {
             }
         }
         for channel in &mut vehicle.channels {
-            if matches!(channel.name.as_str(), "d1" | "d2") {
+            if matches!(&*channel.name, "d1" | "d2") {
                 channel.inputs = self.offsets(&channel.row);
             }
         }

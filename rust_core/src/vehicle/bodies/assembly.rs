@@ -35,8 +35,7 @@ impl Layout {
             masses.push(("y_c".to_string(), 1.0));
             masses.len() - 1
         });
-        let named: Vec<_> = masses.iter().map(|(name, mass)| (name.as_str(), *mass)).collect();
-        let mut vehicle = Assembly::of(&named);
+        let mut vehicle = Assembly::of(masses);
         vehicle.check_masses()?;
         let mut first = None;
         for (i, (at, _, wheels)) in self.wheelsets().enumerate() {
@@ -69,7 +68,6 @@ impl Layout {
         if let Some(places) = places {
             places.drive(&mut vehicle);
         }
-        vehicle.port_channels();
         Ok(vehicle)
     }
 
@@ -121,7 +119,15 @@ impl Layout {
                 let (row, inputs) = (motion.row.clone(), Inputs::new()); // relative to the line
                 let site = Site::moving(class, 0.0, 0.0);
                 let name = format!("{}{end}", if body.wheels.is_some() { "wheelset" } else { &body.family });
-                vehicle.ports.push(Port { at: name, class, wheelset: body.number, row, inputs, reaction: None, site });
+                vehicle.ports.push(Port {
+                    at: name.into(),
+                    class,
+                    wheelset: body.number,
+                    row,
+                    inputs,
+                    reaction: None,
+                    site,
+                });
             }
         }
     }

@@ -16,7 +16,7 @@ impl Layout {
         let displaced = Motion { row: vec![(y, 1.0)], inputs: vec![(column, -1.0), (column + 2, -r)] };
         let moment = transfer.track.of_springs.times(share).plus(&displaced, n / b);
         let damped = transfer.track.of_dampers.times(share);
-        let channel = vehicle.channel(&format!("dQ{}", i + 1), Order::Position, &moment.row);
+        let channel = vehicle.channel(format!("dQ{}", i + 1), Order::Position, &moment.row);
         channel.inputs = moment.inputs;
         channel.rates = damped.slopes();
         channel.also = vec![(Order::Velocity, damped.row), (Order::Acceleration, vec![(y, -share * mass * r)])];
@@ -27,7 +27,7 @@ impl Layout {
     pub(super) fn lean(vehicle: &mut Assembly, i: usize, transfer: &Transfer) {
         let Wheelset { sigma, b, .. } = vehicle.wheelsets[i];
         let (moment, damped) = (transfer.axle.of_springs.times(sigma / b), transfer.axle.of_dampers.times(sigma / b));
-        let mut leaning = Channel::new(&format!("Y{}", i + 1), Order::Position, &moment.row);
+        let mut leaning = Channel::new(format!("Y{}", i + 1), Order::Position, &moment.row);
         leaning.inputs = moment.inputs;
         leaning.rates = damped.slopes();
         leaning.also = vec![(Order::Velocity, damped.row)];
@@ -39,15 +39,15 @@ impl Layout {
         for (i, (at, ..)) in self.wheelsets().enumerate() {
             let (number, Wheelset { column, r, .. }) = (i + 1, vehicle.wheelsets[i]);
             let y = placed[at].y.row.clone();
-            let e = vehicle.channel(&format!("e{number}"), Order::Position, &y);
+            let e = vehicle.channel(format!("e{number}"), Order::Position, &y);
             e.inputs = vec![(column, -1.0), (column + 2, -r)];
             e.rail = Some(i);
-            vehicle.channel(&format!("ay{number}"), Order::Acceleration, &y);
-            vehicle.channel(&format!("psi{number}"), Order::Position, &placed[at].psi.row);
+            vehicle.channel(format!("ay{number}"), Order::Acceleration, &y);
+            vehicle.channel(format!("psi{number}"), Order::Position, &placed[at].psi.row);
             let Some(joint) = self.joints.iter().find(|j| j.bodies.contains(&Some(at))) else { continue };
             let name = format!("{}_lateral", joint.name);
             if let Some(port) = vehicle.ports.iter().find(|p| p.at == name && p.wheelset == joint.number).cloned() {
-                vehicle.channel(&format!("d{number}"), Order::Position, &port.row).inputs = port.inputs;
+                vehicle.channel(format!("d{number}"), Order::Position, &port.row).inputs = port.inputs;
             }
             let Some(frame) = joint.bodies.iter().flatten().find(|b| self.bodies[**b].wheels.is_none()) else {
                 continue;
@@ -60,8 +60,8 @@ impl Layout {
         for (body, at) in self.bodies.iter().zip(placed) {
             for (letter, motion) in [("y", &at.y), ("psi", &at.psi), ("phi", &at.phi)] {
                 if letter != "phi" || at.rolls {
-                    vehicle.channel(&format!("{letter}.{}", body.name), Order::Position, &motion.row);
-                    vehicle.channel(&format!("a{letter}.{}", body.name), Order::Acceleration, &motion.row);
+                    vehicle.channel(format!("{letter}.{}", body.name), Order::Position, &motion.row);
+                    vehicle.channel(format!("a{letter}.{}", body.name), Order::Acceleration, &motion.row);
                 }
             }
         }
@@ -69,13 +69,13 @@ impl Layout {
             let body = &placed[floor.body];
             let [_, lateral, _] = body.point(self.seen(Some(floor.body), &floor.point).each_ref().map(value));
             // a sensor on the floor measures gravity through roll
-            let felt = vehicle.channel(&format!("floor.{}", floor.name), Order::Acceleration, &lateral.row);
+            let felt = vehicle.channel(format!("floor.{}", floor.name), Order::Acceleration, &lateral.row);
             felt.also = vec![(Order::Position, body.phi.times(-GRAVITY).row)];
         }
         for sensor in &self.accelerometers {
             let (body, [x, z]) = (&placed[sensor.body], sensor.at);
             let [_, lateral, _] = body.point([x, 0.0, -z]);
-            let channel = vehicle.channel(&sensor.name, Order::Acceleration, &lateral.row);
+            let channel = vehicle.channel(sensor.name.clone(), Order::Acceleration, &lateral.row);
             if sensor.with_gravity {
                 channel.also = vec![(Order::Position, body.phi.times(-GRAVITY).row)];
             }

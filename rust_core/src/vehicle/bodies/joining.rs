@@ -176,7 +176,7 @@ impl Layout {
         {
             if shown[i] {
                 vehicle.ports.push(Port {
-                    at: format!("{}{end}", joint.name),
+                    at: format!("{}{end}", joint.name).into(),
                     class,
                     wheelset: joint.number,
                     row: rows[i].row.clone(),
