@@ -148,7 +148,7 @@ class Segment:
             self.tables[key] = (
                 self._input_table(self.columns, half_wheelbase, steps)
                 if source is None
-                else self._window_rows(source.table(half_wheelbase, steps), steps)
+                else self.window_rows(source.table(half_wheelbase, steps), steps)
             )
         return self.tables[key]
 
@@ -198,7 +198,7 @@ class Segment:
         s = self.columns["s"]
         return min(int(np.searchsorted(s, s[0] + self.unknown_lead)), self.samples // 2)
 
-    def _window_rows(self, table: FloatArray, steps: int) -> FloatArray:
+    def window_rows(self, table: FloatArray, steps: int) -> FloatArray:
         """Select the rows of this window from a table of the full segment."""
         start, last = self.first_sample, self.first_sample + self.samples - 1
         return np.ascontiguousarray(table[2 * steps * start : 2 * steps * last + 1])
@@ -232,7 +232,7 @@ class Segment:
     def table_with_noise(self, drawn: Mapping[str, FloatArray], half_wheelbase: Wheelbase, steps: int) -> FloatArray:
         """Return the input table with noise as `draw_input_noise` returns it."""
         if self.window_of is not None:
-            return self._window_rows(self.window_of.table_with_noise(drawn, half_wheelbase, steps), steps)
+            return self.window_rows(self.window_of.table_with_noise(drawn, half_wheelbase, steps), steps)
         if not self.is_rig:
             realisations = [drawn.get(name) for name in TRACK_COLUMNS]
             return add_track(self.table(half_wheelbase, steps), self.columns["s"], realisations, half_wheelbase)

@@ -23,7 +23,7 @@ from railui.campaign.noise.model import NoiseModel
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
-from railui.identification.prediction import Predictor
+from railui.identification.prediction import Predictor, required_steps
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
@@ -174,30 +174,54 @@ def sensor_noise_error(context: Context, segments: Sequence[Segment]) -> float:
     return overall_nrmse({c: float(np.sqrt(variance[c] / max(power[c], 1e-300))) for c in power})
 
 
-def noise_weights(
-    context: Context, model: Model, segment: Segment, initial_state: FloatArray | None = None
-) -> FloatArray:
-    """Weight of each channel [channel]: 1 / standard deviation that sensor and track noise leave in the band.
+def noise_weights(context: Context, model: Model, segment: Segment) -> FloatArray:
+    """Weight of each channel [channel]: 1 / standard deviation that sensor and track noise leave in the band."""
+    [variance] = noise_variances(context, model, [segment], [None])
+    return np.asarray(1.0 / np.sqrt(variance))
 
-    initial_state: that of a hunting vehicle, whose motions from rest would grow apart; at rest by default.
+
+def noise_variances(
+    context: Context, model: Model, windows: Sequence[Segment], initial_states: Sequence[FloatArray | None]
+) -> list[FloatArray]:
+    """Variance of each channel [channel] that sensor and track noise leave in the band of every window.
+
+    Parameters
+    ----------
+    windows
+        Windows of one segment, or the segment alone: they have the same noise of the track.
+    initial_states
+        Those of a hunting vehicle, whose motions from rest would grow apart; None: at rest.
     """
-    channels, noise, campaign = segment.channels, context.noise, context.campaign
-    draws = context.settings.validation.noise_weight_draws
-    rng = np.random.default_rng(np.random.SeedSequence([WEIGHT_SEED, segment.number, segment.run_index]))
-    variance = noise.variance(channels, segment_filter(campaign, segment), segment.dt)
-    flat = kernel_filter(campaign, segment, np.ones(len(channels)))
-    predictor = Predictor(model, segment, initial_state=initial_state, filter=flat)
-    clean, diverged = predictor.simulate()
-    spacing = model.wheelset_spacing()
+    noise, campaign = context.noise, context.campaign
+    whole = windows[0].window_of or windows[0]
+    channels, spacing = whole.channels, model.wheelset_spacing()
+    rng = np.random.default_rng(np.random.SeedSequence([WEIGHT_SEED, whole.number, whole.run_index]))
+    flat = [kernel_filter(campaign, w, np.ones(len(channels))) for w in windows]
+    steps = max(required_steps(model, w) for w in windows)
+    predictors = [
+        Predictor(model, w, steps, start, kernel)
+        for w, start, kernel in zip(windows, initial_states, flat, strict=True)
+    ]
+    clean = [predictor.simulate() for predictor in predictors]
 
-    def variance_by_track(drawn: Mapping[str, FloatArray]) -> FloatArray | None:
-        table = segment.table_with_noise(drawn, spacing, predictor.steps)
-        noisy, diverged = predictor.simulate(table=table)
-        return np.var(noisy[0] - clean[0], axis=1) if diverged[0] < 0 else None
+    def variances_by_track(drawn: Mapping[str, FloatArray]) -> list[FloatArray | None]:
+        table = whole.table_with_noise(drawn, spacing, steps)
+        tables = [table if w is whole else w.window_rows(table, steps) for w in windows]
+        noisy = [p.simulate(table=rows) for p, rows in zip(predictors, tables, strict=True)]
+        return [
+            np.var(x.series[0] - y.series[0], axis=1) if x.diverged[0] < 0 and y.diverged[0] < 0 else None
+            for x, y in zip(noisy, clean, strict=True)
+        ]
 
-    drawn = [segment.draw_input_noise(noise, campaign.noise_band, rng) for _ in range(draws if diverged[0] < 0 else 0)]
-    of_track = [x for x in map_threads(variance_by_track, drawn, context.jobs) if x is not None]
-    if of_track:
-        variance = variance + np.mean(of_track, axis=0)
-    measured = comparison_filter(campaign, segment, segment.measured(channels)).var(axis=1)
-    return np.asarray(1.0 / np.sqrt(np.maximum(variance, MIN_VARIANCE_SHARE * measured + 1e-300)))
+    count = context.settings.validation.noise_weight_draws
+    draws = [whole.draw_input_noise(noise, campaign.noise_band, rng) for _ in range(count)]
+    by_track = list(map_threads(variances_by_track, draws, context.jobs))
+    found = []
+    for w, of_window in zip(windows, zip(*by_track, strict=True), strict=True):
+        variance = noise.variance(channels, segment_filter(campaign, w), w.dt)
+        known = [x for x in of_window if x is not None]
+        if known:
+            variance = variance + np.mean(known, axis=0)
+        measured = comparison_filter(campaign, w, w.measured(channels)).var(axis=1)
+        found.append(np.asarray(np.maximum(variance, MIN_VARIANCE_SHARE * measured + 1e-300)))
+    return found

@@ -18,7 +18,7 @@ from railui.identification.estimation.initial_state import (
     may_hunt,
     state_scale,
 )
-from railui.identification.estimation.noise_floor import noise_weights
+from railui.identification.estimation.noise_floor import noise_variances, noise_weights
 from railui.identification.prediction import DivergedError, Predictor, Simulation, required_steps
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
@@ -152,11 +152,9 @@ def channel_weights(context: Context, model: Model, segment: Segment) -> FloatAr
     if whole is None:
         return noise_weights(context, model, segment)
     windows = whole.windows(segment.samples * segment.dt)
-    some = [
-        noise_weights(context, model, w, estimate_initial_state(context, model, w) if may_hunt(model, w) else None)
-        for w in windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]
-    ]
-    return np.asarray(1.0 / np.sqrt(np.mean([1.0 / w**2 for w in some], axis=0)))
+    some = windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]
+    starts = [estimate_initial_state(context, model, w) if may_hunt(model, w) else None for w in some]
+    return np.asarray(1.0 / np.sqrt(np.mean(noise_variances(context, model, some, starts), axis=0)))
 
 
 def reprepare_segments(context: Context, model: Model, prepared: Sequence[FitSegment]) -> list[FitSegment]:
