@@ -154,9 +154,27 @@ class Vehicles:
         """Return the file of `rust_core/structures` for the rows of these vehicles; None in forms without rows."""
         return self._core.structure_file(batch)
 
-    def required_steps(self, batch: Batch, slowest: float, fastest: float, dt: float) -> list[int]:
-        """Return the RK4 steps per sample of each vehicle between two speeds [m/s]; ValueError if too many."""
-        return self._core.steps(batch, slowest, fastest, dt, MAX_STEPS_PER_SAMPLE)
+    def required_steps(
+        self, batch: Batch, slowest: float, fastest: float, dt: float, *, damped_mode_step: float = 1.0
+    ) -> list[int]:
+        """Compute the number of RK4 steps per sample of each vehicle between two speeds.
+
+        Parameters
+        ----------
+        batch : Batch
+        slowest, fastest : float
+            Speeds [m/s].
+        dt : float
+            Sampling interval [s].
+        damped_mode_step : float
+            Largest abs(lambda) h of linear modes with a damping ratio of 0.7 and more; that of all others is 1.
+
+        Raises
+        ------
+        ValueError
+            Where a vehicle needs too many.
+        """
+        return self._core.steps(batch, (slowest, fastest), dt, damped_mode_step, MAX_STEPS_PER_SAMPLE)
 
     def eigenvalues(self, batch: Batch, speed: float) -> ComplexArray:
         """Return the eigenvalues [vehicle, state] of the linear vehicles, largest real part first.

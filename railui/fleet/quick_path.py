@@ -26,7 +26,7 @@ from railui.identification.estimation.fit import residual_variance
 from railui.identification.estimation.free_parameters import FreeParameters, free_parameters
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.initial_state import estimate_initial_state
-from railui.identification.estimation.problem import FitSegment
+from railui.identification.estimation.problem import FitSegment, required_sensitivity_steps
 from railui.identification.prediction import required_steps
 from railui.identification.structure.candidates import Candidate, batch_candidates, is_compatible
 from railui.identification.structure.score_test import output_differences
@@ -94,7 +94,8 @@ def _target(context: Context, model: Model, segment: Segment, weights: FloatArra
     measured = comparison_filter(campaign, segment, segment.measured(segment.channels)) * weights[:, None]
     start = estimate_initial_state(context, model, segment)
     kernel = kernel_filter(campaign, segment, weights)
-    return FitSegment(segment, kernel, measured, start, required_steps(model, segment))
+    steps = (required_steps(model, segment), required_sensitivity_steps(context, model, segment))
+    return FitSegment(segment, kernel, measured, start, *steps)
 
 
 def _gauss_newton(
@@ -139,10 +140,9 @@ def _differences(context: Context, model: Model, target: FitSegment, candidates:
 
     An effect that the model has already, which a loop of its vehicle added, is none that could appear.
     """
-    settings = context.settings.score_test
     series = np.zeros((len(candidates), *target.measured.shape))
     for batch in batch_candidates([c for c in candidates if is_compatible(model, c)]):
-        found, _ = output_differences(settings, model, target, batch)
+        found, _ = output_differences(context.settings, model, target, batch)
         for lane, (member, _) in enumerate(batch.lanes):
             series[candidates.index(batch.members[member])] = found[lane]
     return series

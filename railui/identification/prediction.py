@@ -129,8 +129,10 @@ def undefined_prediction(campaign: Campaign, segment: Segment, sample: int) -> P
     return Prediction(segment, undefined, compare(campaign, segment, undefined), float(segment.columns["t"][sample]))
 
 
-def required_steps(model: Model, segment: Segment) -> int:
+def required_steps(model: Model, segment: Segment, damped_mode_step: float = 1.0) -> int:
     """Number of RK4 steps per sample that a model needs on a segment.
+
+    damped_mode_step: largest abs(lambda) h of damped linear modes.
 
     Raises
     ------
@@ -139,17 +141,22 @@ def required_steps(model: Model, segment: Segment) -> int:
     """
     batch = model.on_segment(*segment.segment_key).single_batch()
     try:
-        steps = model.vehicles(segment.coach_forces).required_steps(batch, *segment.speeds, segment.dt)[0]
+        vehicles = model.vehicles(segment.coach_forces)
+        [steps] = vehicles.required_steps(batch, *segment.speeds, segment.dt, damped_mode_step=damped_mode_step)
     except ValueError as error:
         raise SimulationError(f"{segment.file}: {error}") from error
     return max(steps, segment.least_steps)
 
 
-def required_steps_each(vehicles: Vehicles, batch: Batch, segment: Segment) -> NDArray[np.int64]:
-    """Number of RK4 steps per sample that each vehicle of a batch needs; -1 where too many."""
+def required_steps_each(
+    vehicles: Vehicles, batch: Batch, segment: Segment, damped_mode_step: float = 1.0
+) -> NDArray[np.int64]:
+    """Number of RK4 steps per sample that each vehicle of a batch needs, as `required_steps`; -1 where too many."""
     try:
-        return np.maximum(vehicles.required_steps(batch, *segment.speeds, segment.dt), segment.least_steps)
+        steps = vehicles.required_steps(batch, *segment.speeds, segment.dt, damped_mode_step=damped_mode_step)
     except ValueError:
         if len(batch) == 1:
             return np.array([-1])
-        return np.concatenate([required_steps_each(vehicles, batch.select([i]), segment) for i in range(len(batch))])
+        singles = [batch.select([i]) for i in range(len(batch))]
+        return np.concatenate([required_steps_each(vehicles, one, segment, damped_mode_step) for one in singles])
+    return np.maximum(steps, segment.least_steps)

@@ -101,8 +101,8 @@ def collect_information(
     seconds = block_duration(context.settings.calibration, model, segments)
     x = np.array([model.value(p) for p in free.paths])
     names = [(c.kind, c.at, c.wheelset, dict(c.shapes[shape])) for c, shape in keys]
-    settings = context.settings.score_test
-    constant = (free.paths, x, names, settings, dict(context.dataset.noise), context.campaign.noise_band, context.seed)
+    noise, band = dict(context.dataset.noise), context.campaign.noise_band
+    constant = (free.paths, x, names, context.settings.score_test, noise, band, context.seed)
     names_of_runs = [
         content_key((*constant, i, block_length(seconds, target), *_content_of(target)))
         for i, target in enumerate(prepared)
@@ -176,10 +176,9 @@ def _differences(
     context: Context, model: Model, target: FitSegment, batches: Sequence[CandidateBatch]
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Output differences per amount [k, channel, n] of all shapes, and which are valid [k]."""
-    settings = context.settings.score_test
 
     def differences(batch: CandidateBatch) -> tuple[FloatArray, NDArray[np.bool_]]:
-        return output_differences(settings, model, target, batch)
+        return output_differences(context.settings, model, target, batch)
 
     parts = list(map_threads(differences, batches, context.jobs))
     return np.concatenate([x for x, _ in parts]), np.concatenate([valid for _, valid in parts])

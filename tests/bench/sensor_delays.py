@@ -87,7 +87,7 @@ def delay_limits(result: Identified) -> dict[str, DelayLimits]:
 
 def _differences(result: Identified, index: int, candidates: Sequence[Candidate]) -> FloatArray:
     """Output differences per second of delay [delayed channel, channel, n] on a segment."""
-    settings = result.context.settings.score_test
+    settings = result.context.settings
     parts = [
         output_differences(settings, result.fit.model, result.fit.segments[index], batch)[0]
         for batch in batch_candidates(candidates)

@@ -68,6 +68,8 @@ class GaussNewton:
         self.rolling_radii = {f"{p.rpartition('.')[0]}.{RADIUS}" for p in model.run_dependent_paths()}
         self.simulations = 0
         self.constrained = False
+        self._tried = np.zeros((0, 0))  # points [n, p] of the last misfits, and the simulation of each segment there
+        self._simulated: dict[FitSegment, Simulation] = {}
         share = self.settings.independent_sample_share
         self.independent_samples = share * sum(t.measured.size for t in segments)
 
@@ -95,8 +97,10 @@ class GaussNewton:
         if not admissible.any():
             return out
 
+        self._tried, self._simulated = x[admissible], {}
+
         def sum_of_squares(target: FitSegment) -> FloatArray:
-            series, diverged = self.simulate(target, x[admissible])
+            series, diverged = self._simulated[target] = self.simulate(target, x[admissible])
             squares = np.sum(target.without_initial_state(series - target.measured) ** 2, axis=(1, 2))
             return np.where((diverged < 0) & np.isfinite(squares), squares, np.inf)
 
@@ -143,15 +147,27 @@ class GaussNewton:
     def sensitivities(self, target: FitSegment, x: FloatArray, table: FloatArray | None = None) -> Simulation:
         """Compute the residual, then the sensitivity to each parameter [1 + p, channel, n], on a segment.
 
-        table: input table in the place of the measured one.
+        table: input table in the place of the measured one, for the steps of the segment's differences.
         """
         delta = self.difference_steps(x)
         active = self.active_parameters(target)
-        series, diverged = self.simulate(target, np.vstack([x, x + np.diag(delta)[active]]), table)
+        lanes = np.vstack([x, x + np.diag(delta)[active]])
+        series, diverged = self.simulate(target.for_differences, lanes, table)
         series[1:] -= series[0]
         series[1:] /= delta[active, None, None]
+        if table is None and target.sensitivity_steps != target.steps:
+            series[0], diverged[0] = self._simulate_at(target, x)
         series[0] = target.measured - series[0]
         return Simulation(_expand(target.without_initial_state(series), active, len(x)), diverged)
+
+    def _simulate_at(self, target: FitSegment, x: FloatArray) -> tuple[FloatArray, int]:
+        """Return the compared channels [channel, n] at x [p] and the sample of divergence, as the misfits left them."""
+        known = self._simulated.get(target)
+        same = np.zeros(0) if known is None else np.flatnonzero((self._tried == x).all(axis=1))
+        if known is None or not same.size:
+            series, diverged = self.simulate(target, x[None])
+            return series[0], int(diverged[0])
+        return known.series[same[0]], int(known.diverged[same[0]])
 
     def active_parameters(self, target: FitSegment) -> list[int]:
         """Indices of the free parameters that act on a segment; those of other segments do not."""
@@ -202,7 +218,7 @@ class GaussNewton:
                 return settle_start(context, model, t)
             if not t.is_window:
                 return improve_start(context, model, t)
-            return estimate_window_start(context, model, estimate_window_start(context, model, t))
+            return estimate_window_start(context, model, t, corrections=2)
 
         self.segments = list(map_threads(restart, self.segments, context.jobs))
 

@@ -60,6 +60,8 @@ class FitSegment:
         State [q, q'] at the first sample.
     steps
         RK4 steps per sample.
+    sensitivity_steps
+        RK4 steps per sample of simulations that are compared with each other only.
     required_steps
         Steps that the model needs where fewer are taken; 0: those taken.
     """
@@ -69,6 +71,7 @@ class FitSegment:
     measured: FloatArray
     initial_state: FloatArray
     steps: int
+    sensitivity_steps: int
     initial_sensitivity: InitialStateSensitivity | None = field(default=None, repr=False)
     required_steps: int = 0
 
@@ -81,6 +84,11 @@ class FitSegment:
     def has_free_start(self) -> bool:
         """True where the initial state is estimated with the parameters: a rig moves on as long as it is recorded."""
         return self.is_window or self.segment.kind == "rig"
+
+    @property
+    def for_differences(self) -> FitSegment:
+        """The segment with the steps that suffice for differences between simulations."""
+        return self if self.sensitivity_steps == self.steps else replace(self, steps=self.sensitivity_steps)
 
     def predictor(self, model: Model) -> Predictor:
         """Predict the channels as `measured` has them, filtered and weighted."""
@@ -132,8 +140,14 @@ def _prepare_segment(context: Context, model: Model, segment: Segment, weights: 
     filtered = comparison_filter(campaign, segment, segment.measured(segment.channels))
     measured = filtered[:, ::every] * weights[:, None]
     start = estimate_initial_state(context, model, segment)
-    steps = required_steps(model, segment)
-    return FitSegment(segment, kernel_filter(campaign, segment, weights, every), measured, start, steps)
+    kernel = kernel_filter(campaign, segment, weights, every)
+    steps = (required_steps(model, segment), required_sensitivity_steps(context, model, segment))
+    return FitSegment(segment, kernel, measured, start, *steps)
+
+
+def required_sensitivity_steps(context: Context, model: Model, segment: Segment) -> int:
+    """Number of RK4 steps per sample with which a model's sensitivities are simulated on a segment."""
+    return required_steps(model, segment, context.settings.calibration.damped_mode_step)
 
 
 def _weight_key(segment: Segment) -> tuple[str, int, int | None]:
@@ -162,8 +176,8 @@ def reprepare_segments(context: Context, model: Model, prepared: Sequence[FitSeg
     return prepare_segments(context, model, [t.segment for t in prepared])
 
 
-def estimate_window_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
-    """Correct the initial state of a window by linear least squares, with its sensitivity.
+def estimate_window_start(context: Context, model: Model, target: FitSegment, corrections: int = 1) -> FitSegment:
+    """Correct the initial state of a window by linear least squares, some times with the same sensitivity.
 
     Raises
     ------
@@ -171,9 +185,15 @@ def estimate_window_start(context: Context, model: Model, target: FitSegment) ->
         Where the vehicle diverges.
     """
     sensitivity, correction = _start_correction(context, model, target)
-    start = target.initial_state.copy()
-    start[: len(correction)] += correction
-    return replace(target, initial_state=start, initial_sensitivity=sensitivity)
+    moved = target
+    for remaining in reversed(range(corrections)):
+        start = moved.initial_state.copy()
+        start[: len(correction)] += correction
+        moved = replace(target, initial_state=start, initial_sensitivity=sensitivity)
+        if remaining:
+            scale = state_scale(context.settings.initial_state, target.segment, model)
+            correction = scale * sensitivity.estimate(target.measured - _simulate_from_start(model, moved))
+    return moved
 
 
 def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
@@ -211,6 +231,8 @@ def _start_correction(context: Context, model: Model, target: FitSegment) -> tup
     """Sensitivity to the initial state, and its correction [state] by linear least squares."""
     scale = state_scale(context.settings.initial_state, target.segment, model)
     simulated, rows = sensitivities_to_start(model, target, scale)
+    if target.sensitivity_steps != target.steps:
+        simulated = _simulate_from_start(model, target)
     gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
     sensitivity = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
     return sensitivity, np.asarray(scale * sensitivity.estimate(target.measured - simulated))
@@ -218,6 +240,8 @@ def _start_correction(context: Context, model: Model, target: FitSegment) -> tup
 
 def sensitivities_to_start(model: Model, target: FitSegment, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Compute the compared channels [channel, n] and their sensitivities [state, channel, n] to the initial state.
+
+    Both are simulated with the steps that suffice for differences.
 
     scale: usual size [state] of each estimated state, to which the sensitivities refer.
 
@@ -228,10 +252,22 @@ def sensitivities_to_start(model: Model, target: FitSegment, scale: FloatArray) 
     """
     starts = np.tile(target.initial_state, (len(scale) + 1, 1))
     starts[1:, : len(scale)] += np.diag(DIFFERENCE_STEP * scale)
-    series, diverged = _from_starts(model, target, starts)
+    simulation = _from_starts(model, target.for_differences, starts)
+    series = _without_divergence(simulation, target)
+    return series[0], (series[1:] - series[0]) / DIFFERENCE_STEP
+
+
+def _simulate_from_start(model: Model, target: FitSegment) -> FloatArray:
+    """Simulate the compared channels [channel, n] of a model; DivergedError where it diverges."""
+    [series] = _without_divergence(_from_starts(model, target, target.initial_state[None]), target)
+    return np.asarray(series)
+
+
+def _without_divergence(simulation: Simulation, target: FitSegment) -> FloatArray:
+    series, diverged = simulation
     if np.any(diverged >= 0):
         raise DivergedError(f"the vehicle diverges on {target.segment.file} at {target.segment.columns['t'][0]:g} s")
-    return series[0], (series[1:] - series[0]) / DIFFERENCE_STEP
+    return series
 
 
 def _from_starts(model: Model, target: FitSegment, starts: FloatArray) -> Simulation:
@@ -254,7 +290,9 @@ def adapt_to_model(
         has_other_states = t.segment.is_rig or any(adds_body(e.kind) for e in model.effects)
         start = estimate_initial_state(context, model, t.segment) if has_other_states else t.initial_state
         steps = needed if max_steps is None else max(t.steps, min(needed, max_steps))
-        adapted.append(replace(t.with_start(start), steps=steps, required_steps=needed))
+        of_differences = min(steps, max(t.sensitivity_steps, required_sensitivity_steps(context, model, t.segment)))
+        moved = t.with_start(start)
+        adapted.append(replace(moved, steps=steps, sensitivity_steps=of_differences, required_steps=needed))
     return adapted
 
 

@@ -95,7 +95,7 @@ def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> Fl
         return np.zeros(len(fit.x))
     spacing = fit.model.wheelset_spacing()
 
-    segments = optimiser.segments
+    segments = [t.for_differences for t in optimiser.segments]
     exact = list(map_threads(lambda t: optimiser.simulate(t, fit.x[None]).series[0], segments, context.jobs))
 
     def score(task: tuple[int, int]) -> FloatArray:

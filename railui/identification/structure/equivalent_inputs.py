@@ -245,7 +245,7 @@ def _frequency_responses(
     """Frequency response [frequency, channel] of the model to a force at each port."""
     ports = sorted({p for _, _, ports in locations for p in ports}, key=str)
     responses = impulse_responses(
-        fit, target, ports, WINDOW_DURATION, target.filter.weights, WIDE_PULSE, target.filter.decimation
+        fit, target.for_differences, ports, WINDOW_DURATION, target.filter.weights, WIDE_PULSE, target.filter.decimation
     )
     return {port: np.fft.rfft(x[:, : _length(target)], axis=1).T + 1e-300 for port, x in responses.items()}
 

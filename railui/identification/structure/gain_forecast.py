@@ -78,7 +78,7 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
         keys = [(batch.members[member], shape) for member, shape in batch.lanes]
         gains: list[list[FloatArray]] = [[] for _ in keys]
         for k, (base, used) in enumerate(zip(linear, rows, strict=True)):
-            differences, is_valid = output_differences(context.settings.score_test, fit.model, fit.segments[k], batch)
+            differences, is_valid = output_differences(context.settings, fit.model, fit.segments[k], batch)
             for lane, key in enumerate(keys):
                 if key not in absorbed or not is_valid[lane]:
                     gains[lane].append(np.full((1, 2), np.nan))

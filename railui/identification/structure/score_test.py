@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
+from railui.campaign.settings.loop_settings import LoopSettings
 from railui.core import adds_body
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import block_length, split_into_blocks
@@ -108,7 +109,9 @@ class ScoreTest:
         is_valid = np.ones(len(batch.lanes), dtype=bool)
         series = []
         for i in range(len(self.bases)):
-            differences, is_valid_here = output_differences(self.settings, self.fit.model, self.fit.segments[i], batch)
+            differences, is_valid_here = output_differences(
+                self.context.settings, self.fit.model, self.fit.segments[i], batch
+            )
             series.append(differences)
             is_valid &= is_valid_here
         return series, is_valid
@@ -200,23 +203,24 @@ def _rows_in_blocks(series: FloatArray, length: int) -> FloatArray:
 
 
 def output_differences(
-    settings: ScoreTestSettings, fitted: Model, target: FitSegment, candidates: CandidateBatch
+    settings: LoopSettings, fitted: Model, target: FitSegment, candidates: CandidateBatch
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Compute output differences per amount [lane, channel, n] of a batch on a segment, and which lanes are valid."""
-    amount = settings.linear_effect_amount if _is_linear(candidates) else settings.effect_amount
+    test = settings.score_test
+    amount = test.linear_effect_amount if _is_linear(candidates) else test.effect_amount
     model = fitted.on_segment(*target.segment.segment_key)
     rows, amounts = candidates.parameter_rows(), candidates.amount_rows(amount)
     rows = np.vstack([rows[:1], rows])  # the first vehicle is the one without effect
     amounts = np.vstack([np.zeros_like(amounts[:1]), amounts])
     vehicles = model.vehicles(target.segment.coach_forces, candidates.placements)
     batch = model.batch(np.tile(model.row, (len(rows), 1)), rows, amounts)
-    steps = required_steps_each(vehicles, batch, target.segment)
+    steps = required_steps_each(vehicles, batch, target.segment, settings.calibration.damped_mode_step)
     is_valid = steps > 0
     is_valid[0] = True
     if not is_valid[1:].any():
         return np.zeros((len(rows) - 1, *target.measured.shape)), np.zeros(len(rows) - 1, dtype=bool)
     # the steps suffice for much larger motions than these, and a small amount of an effect changes them little
-    used = min(max(int(steps.max()), target.steps), 2**settings.max_step_doublings * target.steps)
+    used = min(max(int(steps.max()), target.sensitivity_steps), 2**test.max_step_doublings * target.steps)
     keeps_state = vehicles.state_count(batch.select([0])) >= len(target.initial_state) and not _adds_body(candidates)
     start = target.initial_state if keeps_state else None
     predictor = Predictor(model, target.segment, used, start, target.filter)

@@ -188,7 +188,7 @@ def _curve_sensitivities(fit: Fit, location: CurveLocation, target: FitSegment) 
         vehicles = fit.model.vehicles(target.segment.coach_forces, [placement])
         model = fit.model.on_segment(*target.segment.segment_key)
         batch = model.batch(np.tile(model.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
-        series, diverged = target.predictor(fit.model).simulate(batch=batch, vehicles=vehicles)
+        series, diverged = target.for_differences.predictor(fit.model).simulate(batch=batch, vehicles=vehicles)
     except SimulationError:
         return None
     return None if np.any(diverged >= 0) else target.without_initial_state((series[1:] - series[0]) / unit)

@@ -110,7 +110,7 @@ impl Vehicle {
             return Ok(steps);
         }
         let one = single(&self.structure, &self.row, self.numbers);
-        let steps = self.structure.steps(&one.view(), self.speed, self.speed, length, self.most_steps)?;
+        let steps = self.structure.steps(&one.view(), [self.speed; 2], length, 1.0, self.most_steps)?;
         self.steps = Some((length, steps));
         Ok(steps)
     }

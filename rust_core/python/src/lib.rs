@@ -432,19 +432,19 @@ impl Vehicle {
         railui_core::batch::structure_file(&rows.of(&self.structure)).map_err(to_py_error)
     }
 
-    /// RK4 steps per sample that each vehicle needs between two speeds.
+    /// RK4 steps per sample that each vehicle needs between two speeds, damped modes up to this abs(lambda) h.
     fn steps(
         &self,
         py: Python<'_>,
         batch: Batch<'_>,
-        slowest: f64,
-        fastest: f64,
+        speeds: [f64; 2],
         dt: f64,
+        damped: f64,
         limit: usize,
     ) -> PyResult<Vec<usize>> {
         let rows = batch.rows()?;
         let (structure, vehicles) = (&self.structure, rows.of(&self.structure));
-        let each = |i| structure.steps(&vehicles.single(i), slowest, fastest, dt, limit);
+        let each = |i| structure.steps(&vehicles.single(i), speeds, dt, damped, limit);
         let found: railui_core::error::Result<_> = py.detach(|| (0..vehicles.count).map(each).collect());
         found.map_err(to_py_error)
     }

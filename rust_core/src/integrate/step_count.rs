@@ -4,32 +4,34 @@ use crate::error::{Error, Result};
 use crate::vehicle::assembly::{Assembly, Row, eigenvalues, radius_bound};
 use crate::vehicle::structure::{Single, Structure, contact_site};
 use crate::wheel_rail::coefficients::Wheelset;
+use nalgebra::DMatrix;
 
 /// Stability limit of RK4 on the negative real axis, and the share of it that a step may take.
 const BOUND: f64 = 2.78;
 const SHARE: f64 = 0.7;
 
+/// Damping ratio from which a mode follows the forces on it without a resonance of its own.
+const DAMPED: f64 = 0.7;
+
 impl Structure {
-    /// RK4 steps per sample: abs(lambda) h <= 1 for the linear vehicle (accuracy), and 0.7 of RK4's bound 2.78 with
-    /// every effect's steepest slopes added (stability). Rounded up to 2^k or 3 2^k, so that few numbers occur.
-    pub fn steps(&self, one: &Single<'_>, slowest: f64, fastest: f64, dt: f64, limit: usize) -> Result<usize> {
+    /// RK4 steps per sample: abs(lambda) h <= 1 for the linear vehicle (accuracy), `damped` for its modes of a damping
+    /// ratio of 0.7 and more, and 0.7 of RK4's bound 2.78 with every effect's steepest slopes added (stability). Rounded
+    /// up to 2^k or 3 2^k, so that few numbers occur.
+    pub fn steps(&self, one: &Single<'_>, speeds: [f64; 2], dt: f64, damped: f64, limit: usize) -> Result<usize> {
+        let [slowest, fastest] = speeds;
         let vehicle = self.assemble(one)?;
         let steepest = self.steepest(&vehicle, one, slowest)?;
         let more: Vec<_> = steepest.iter().map(|(row, s)| (row.as_slice(), s.stiffness, s.damping)).collect();
-        let radius = |values: &[(f64, f64)]| values.iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+        let linear = |(re, im): &(f64, f64)| {
+            let size = re.hypot(*im);
+            if -re >= DAMPED * size { size / damped } else { size }
+        };
+        let stable = |(re, im): &(f64, f64)| re.hypot(*im) / (SHARE * BOUND);
         let mut needed: f64 = 1.0;
         for speed in if slowest < fastest { vec![slowest, fastest] } else { vec![slowest] } {
-            for (more, share) in [(&[][..], 1.0), (&more[..], 1.0 / (SHARE * BOUND))] {
-                let matrix = vehicle.state_matrix(speed, more);
-                // a norm that bounds the eigenvalues is 20 times cheaper, and mostly enough for one step
-                let bound = radius_bound(matrix.clone());
-                if bound * dt * share > 1.0 {
-                    let values = eigenvalues(matrix);
-                    // none where their iteration does not converge
-                    let largest = if values.is_empty() { bound } else { radius(&values) };
-                    needed = needed.max(largest * dt * share);
-                }
-            }
+            let accurate = largest(vehicle.state_matrix(speed, &[]), |z| linear(z) * dt);
+            let stable = largest(vehicle.state_matrix(speed, &more), |z| stable(z) * dt);
+            needed = needed.max(accurate).max(stable);
         }
         let rate = steepest.iter().map(|(_, s)| s.rate).fold(0.0, f64::max);
         needed = needed.max(rate * dt / (SHARE * BOUND)).ceil();
@@ -91,6 +93,18 @@ impl Structure {
         }
         Ok(found)
     }
+}
+
+/// Largest number of steps that an eigenvalue asks for, or an upper bound of it where that is one.
+fn largest(matrix: DMatrix<f64>, steps: impl Fn(&(f64, f64)) -> f64) -> f64 {
+    // a norm that bounds the eigenvalues is 20 times cheaper, and mostly enough for one step
+    let bound = steps(&(0.0, radius_bound(matrix.clone())));
+    if bound <= 1.0 {
+        return bound;
+    }
+    let values = eigenvalues(matrix);
+    // none where their iteration does not converge
+    if values.is_empty() { bound } else { values.iter().map(steps).fold(0.0, f64::max) }
 }
 
 /// Smallest 2^k or 3 2^k that is no less.

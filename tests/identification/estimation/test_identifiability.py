@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from railui.campaign.settings.detection import ScoreTestSettings
 from railui.campaign.settings.estimation import IdentifiabilitySettings
+from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.context import create_context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.identifiability import (
@@ -76,7 +76,7 @@ def test_the_sensitivity_of_a_coefficient_agrees_with_the_kernel():
     row = PORTS.index(("wheelset_yaw", 1)) * len(TERMS) + TERMS.index("psi")
     candidate = Candidate("spring", "wheelset_yaw", 1, ({"stiffness": 1e3},))
     batch = CandidateBatch((candidate,), ((0, 0),))
-    exact = output_differences(ScoreTestSettings(), fit.model, fit.segments[0], batch)[0][0] / 1e3
+    exact = output_differences(LoopSettings(), fit.model, fit.segments[0], batch)[0][0] / 1e3
     assert np.linalg.norm(answers[row] - exact) < 0.25 * np.linalg.norm(exact)
 
 

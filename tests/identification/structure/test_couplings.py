@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from railui import core
-from railui.campaign.settings.detection import ScoreTestSettings
+from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.structure.candidates import Candidate, CandidateBatch
 from railui.identification.structure.couplings import candidate_couplings, coupling_responses, find_couplings
 from railui.identification.structure.equivalent_inputs import PULSE_DELAY, impulse_responses
@@ -23,7 +23,7 @@ K = 6e6  # N/m
 def test_a_location_coupled_with_itself_is_twice_a_negative_spring(kind: str, strength: str, against: str):
     fit, port = calibrated(), ("primary_lateral", 1)
     batch = CandidateBatch((Candidate(kind, *port, ({strength: K},)),), ((0, 0),))
-    spring, is_valid = output_differences(ScoreTestSettings(), fit.model, fit.segments[0], batch)
+    spring, is_valid = output_differences(LoopSettings(), fit.model, fit.segments[0], batch)
     coupled = coupling_responses(fit, fit.segments[0], [(((port, port),), against)])
     assert is_valid.all()
     error = np.linalg.norm(spring[0] + 0.5 * K * coupled[0]) / np.linalg.norm(spring[0])
