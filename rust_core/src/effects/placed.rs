@@ -57,9 +57,9 @@ impl PlacedLaw {
 }
 
 impl<P: Part> Terms<P> {
-    /// The lanes from `at` on of a row whose places begin at `from`.
-    fn new(row: &[(usize, Lanes)], from: usize, at: usize) -> Self {
-        let mut all: Vec<_> = row.iter().map(|(i, a)| (Place::new(from + i), P::load(a, at))).collect();
+    /// A share of a row, whose places begin at `from`, in the lanes from `at` on.
+    fn new(row: &[(usize, Lanes)], from: usize, at: usize, share: P) -> Self {
+        let mut all: Vec<_> = row.iter().map(|(i, a)| (Place::new(from + i), P::load(a, at) * share)).collect();
         let more = if all.len() > UNROLLED { all.split_off(UNROLLED) } else { Vec::new() };
         let mut first = std::array::from_fn(|i| (Place::new(STATES - 1 - i), P::zero()));
         first[..all.len()].copy_from_slice(&all);
@@ -75,11 +75,10 @@ impl<'a, P: Part> Port<'a, P> {
         Port {
             law,
             at,
-            motion: Terms::new(&law.row, 0, at),
-            speed: Terms::new(&law.row, n, at),
+            motion: Terms::new(&law.row, 0, at, P::splat(1.0)),
+            speed: Terms::new(&law.row, n, at, P::splat(1.0)),
             inputs: law.inputs.iter().map(|(i, a)| (*i, P::load(a, at))).collect(),
-            pushes: Terms::new(pushes, n, at),
-            alpha: P::load(&law.alpha, at),
+            pushes: Terms::new(pushes, n, at, P::load(&law.alpha, at)),
             speed_scale: P::load(speed_scale, at),
             own: Place::new(if law.has_state { law.state } else { 0 }),
             known: (usize::MAX, P::zero()),

@@ -45,8 +45,8 @@ pub struct Port<'a, P> {
     pub(super) speed: Terms<P>,
     /// Motion that the track imposes.
     pub(super) inputs: Vec<(usize, P)>,
+    /// Times the amount.
     pub(super) pushes: Terms<P>,
-    pub(super) alpha: P,
     pub(super) speed_scale: P,
     pub(super) own: Place<P>,
     /// Of a law of distance alone: the row of the input table at which its force was computed, and this force.
@@ -103,7 +103,7 @@ impl<P: Part> Port<'_, P> {
             }
         }
         let mut own = none;
-        let force = self.alpha * law.law.force(law.numbers(self.at), z, v, row[0], self.own.of(x), &mut own);
+        let force = law.law.force(law.numbers(self.at), z, v, row[0], self.own.of(x), &mut own);
         if law.has_state {
             self.own.put(dx, own);
         }
