@@ -243,11 +243,10 @@ impl WheelsetLanes {
     pub(super) fn creep_forces<P: Part>(
         &self,
         part: usize,
-        slipping: &Slipping<P>,
+        &Slipping { tx, spin, speed }: &Slipping<P>,
         ty_1: P,
         ty_2: P,
     ) -> ([P; 2], [P; 2]) {
-        let Slipping { tx, spin, speed } = *slipping;
         let mut wheels =
             [Creeping { tx, ty: ty_1, spin: spin[0], speed }, Creeping { tx, ty: ty_2, spin: spin[1], speed }];
         for creep in &self.creeps {
@@ -268,8 +267,7 @@ impl WheelsetLanes {
 /// As much of the way from the linear law to a full one as the amount says; amount 1 has the same digits as the full one.
 #[inline(always)]
 fn blend<P: Part>(alpha: P, linear: P, full: P) -> P {
-    let one = P::splat(1.0);
-    let partly = alpha.mul_add(full - linear, linear);
+    let (one, partly) = (P::splat(1.0), alpha.mul_add(full - linear, linear));
     alpha.if_less(one, partly, one.if_less(alpha, partly, full))
 }
 
