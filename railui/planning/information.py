@@ -102,7 +102,8 @@ def collect_information(
     x = np.array([model.value(p) for p in free.paths])
     names = [(c.kind, c.at, c.wheelset, dict(c.shapes[shape])) for c, shape in keys]
     noise, band = dict(context.dataset.noise), context.campaign.noise_band
-    constant = (free.paths, x, names, context.settings.score_test, noise, band, context.seed)
+    test, step = context.settings.score_test, context.settings.calibration.damped_mode_step
+    constant = (free.paths, x, names, test, step, noise, band, context.seed)
     names_of_runs = [
         content_key((*constant, i, block_length(seconds, target), *_content_of(target)))
         for i, target in enumerate(prepared)
@@ -169,7 +170,8 @@ def run_information(job: RunJob) -> Result:
 def _content_of(target: FitSegment) -> list[object]:
     """List what the information of a segment depends on."""
     columns = [part for name in sorted(target.segment.columns) for part in (name, target.segment.columns[name])]
-    return [*columns, target.filter.weights, target.filter.sos, target.filter.trim, target.measured, target.steps]
+    steps = (target.steps, target.sensitivity_steps)
+    return [*columns, target.filter.weights, target.filter.sos, target.filter.trim, target.measured, *steps]
 
 
 def _differences(

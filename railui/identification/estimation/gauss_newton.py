@@ -33,6 +33,7 @@ ROLLING_RADIUS_STEP = 1e-6  # over a thousand turns a relative change of a radiu
 MIN_STEP_SIZE_SHARE = 0.1  # of the usual size of a parameter near zero
 MAX_LOG_RATIO_STEP = 1.5  # of a parameter that moves by ratios, per iteration
 MAX_ITERATIONS = 30
+MAX_RETAINED = 1 << 25  # numbers of the simulations of trial points that are kept for the residual of the best
 
 
 class GaussNewton:
@@ -98,9 +99,12 @@ class GaussNewton:
             return out
 
         self._tried, self._simulated = x[admissible], {}
+        is_retained = len(self._tried) * sum(t.measured.size for t in self.segments) <= MAX_RETAINED
 
         def sum_of_squares(target: FitSegment) -> FloatArray:
-            series, diverged = self._simulated[target] = self.simulate(target, x[admissible])
+            series, diverged = simulation = self.simulate(target, x[admissible])
+            if is_retained:
+                self._simulated[target] = simulation
             squares = np.sum(target.without_initial_state(series - target.measured) ** 2, axis=(1, 2))
             return np.where((diverged < 0) & np.isfinite(squares), squares, np.inf)
 
