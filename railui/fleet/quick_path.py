@@ -26,8 +26,7 @@ from railui.identification.estimation.fit import residual_variance
 from railui.identification.estimation.free_parameters import FreeParameters, free_parameters
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.initial_state import estimate_initial_state
-from railui.identification.estimation.problem import FitSegment, required_sensitivity_steps
-from railui.identification.prediction import required_steps
+from railui.identification.estimation.problem import FitSegment, required_fit_steps
 from railui.identification.structure.candidates import Candidate, batch_candidates, is_compatible
 from railui.identification.structure.score_test import output_differences
 from railui.vehicle.model import Model
@@ -94,8 +93,7 @@ def _target(context: Context, model: Model, segment: Segment, weights: FloatArra
     measured = comparison_filter(campaign, segment, segment.measured(segment.channels)) * weights[:, None]
     start = estimate_initial_state(context, model, segment)
     kernel = kernel_filter(campaign, segment, weights)
-    steps = (required_steps(model, segment), required_sensitivity_steps(context, model, segment))
-    return FitSegment(segment, kernel, measured, start, *steps)
+    return FitSegment(segment, kernel, measured, start, *required_fit_steps(context, model, segment))
 
 
 def _gauss_newton(

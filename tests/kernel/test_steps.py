@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from railui.core import Batch, Vehicles
 from tests.kernel.pairs import (
     asymmetric_bogie,
     batch,
@@ -41,6 +42,20 @@ def test_steps_are_few_numbers_and_grow_as_the_speed_falls() -> None:
 
 def test_the_plain_bogie_at_40_m_s_and_a_tenth_of_a_metre_takes_one_step() -> None:
     assert structure(VEHICLE).required_steps(batch([VEHICLE]), 40.0, 40.0, 0.0025) == [1]
+
+
+@pytest.mark.parametrize(
+    ("angle", "damping_ratio", "steps", "coarse"),
+    [(0.9, 0.9, 1, 1), (1.2, 0.1, 2, 2), (1.2, 0.69, 2, 2), (1.2, 0.71, 2, 1), (1.6, 0.71, 2, 2), (2.9, 0.71, 3, 2)],
+)
+def test_only_damped_modes_take_longer_steps(angle: float, damping_ratio: float, steps: int, coarse: int) -> None:
+    """Of an oscillator with the natural angular frequency w both eigenvalues have the magnitude w; angle = w dt."""
+    dt = 0.005
+    w = angle / dt
+    numbers = np.array([[1.0, w**2, 2.0 * damping_ratio * w, 1.0, 0.0]])  # mass, stiffness, damping, gain, preload
+    vehicles, one = Vehicles("rig"), Batch.from_arrays(numbers, np.zeros((1, 0)), np.zeros((1, 0)))
+    assert vehicles.required_steps(one, 1.0, 1.0, dt) == [steps]
+    assert vehicles.required_steps(one, 1.0, 1.0, dt, damped_mode_step=1.5) == [coarse]
 
 
 STIFF = {

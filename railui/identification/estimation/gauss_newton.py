@@ -167,11 +167,10 @@ class GaussNewton:
     def _simulate_at(self, target: FitSegment, x: FloatArray) -> tuple[FloatArray, int]:
         """Return the compared channels [channel, n] at x [p] and the sample of divergence, as the misfits left them."""
         known = self._simulated.get(target)
-        same = np.zeros(0) if known is None else np.flatnonzero((self._tried == x).all(axis=1))
-        if known is None or not same.size:
-            series, diverged = self.simulate(target, x[None])
-            return series[0], int(diverged[0])
-        return known.series[same[0]], int(known.diverged[same[0]])
+        if known is not None and len(same := np.flatnonzero((self._tried == x).all(axis=1))):
+            return known.series[same[0]], int(known.diverged[same[0]])
+        series, diverged = self.simulate(target, x[None])
+        return series[0], int(diverged[0])
 
     def active_parameters(self, target: FitSegment) -> list[int]:
         """Indices of the free parameters that act on a segment; those of other segments do not."""

@@ -141,13 +141,15 @@ def _prepare_segment(context: Context, model: Model, segment: Segment, weights: 
     measured = filtered[:, ::every] * weights[:, None]
     start = estimate_initial_state(context, model, segment)
     kernel = kernel_filter(campaign, segment, weights, every)
-    steps = (required_steps(model, segment), required_sensitivity_steps(context, model, segment))
-    return FitSegment(segment, kernel, measured, start, *steps)
+    return FitSegment(segment, kernel, measured, start, *required_fit_steps(context, model, segment))
 
 
-def required_sensitivity_steps(context: Context, model: Model, segment: Segment) -> int:
-    """Number of RK4 steps per sample with which a model's sensitivities are simulated on a segment."""
-    return required_steps(model, segment, context.settings.calibration.damped_mode_step)
+def required_fit_steps(context: Context, model: Model, segment: Segment) -> tuple[int, int]:
+    """Numbers of RK4 steps per sample of a model's residual and of its sensitivities on a segment."""
+    steps = required_steps(model, segment)
+    if steps == segment.least_steps:
+        return steps, steps
+    return steps, required_steps(model, segment, context.settings.calibration.damped_mode_step)
 
 
 def _weight_key(segment: Segment) -> tuple[str, int, int | None]:
@@ -185,15 +187,19 @@ def estimate_window_start(context: Context, model: Model, target: FitSegment, co
         Where the vehicle diverges.
     """
     sensitivity, correction = _start_correction(context, model, target)
-    moved = target
-    for remaining in reversed(range(corrections)):
-        start = moved.initial_state.copy()
-        start[: len(correction)] += correction
-        moved = replace(target, initial_state=start, initial_sensitivity=sensitivity)
-        if remaining:
-            scale = state_scale(context.settings.initial_state, target.segment, model)
-            correction = scale * sensitivity.estimate(target.measured - _simulate_from_start(model, moved))
-    return moved
+    corrected = _with_correction(target, sensitivity, correction)
+    scale = state_scale(context.settings.initial_state, target.segment, model)
+    for _ in range(corrections - 1):
+        residual = target.measured - _simulate_from_start(model, corrected)
+        corrected = _with_correction(corrected, sensitivity, scale * sensitivity.estimate(residual))
+    return corrected
+
+
+def _with_correction(target: FitSegment, sensitivity: InitialStateSensitivity, correction: FloatArray) -> FitSegment:
+    """Return the segment with its initial state corrected, and this sensitivity to it."""
+    start = target.initial_state.copy()
+    start[: len(correction)] += correction
+    return replace(target, initial_state=start, initial_sensitivity=sensitivity)
 
 
 def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
@@ -286,13 +292,13 @@ def adapt_to_model(
     """
     adapted = []
     for t in prepared:
-        needed = max(t.steps, required_steps(model, t.segment))
+        of_residual, of_sensitivities = required_fit_steps(context, model, t.segment)
+        needed = max(t.steps, of_residual)
         has_other_states = t.segment.is_rig or any(adds_body(e.kind) for e in model.effects)
         start = estimate_initial_state(context, model, t.segment) if has_other_states else t.initial_state
         steps = needed if max_steps is None else max(t.steps, min(needed, max_steps))
-        of_differences = min(steps, max(t.sensitivity_steps, required_sensitivity_steps(context, model, t.segment)))
-        moved = t.with_start(start)
-        adapted.append(replace(moved, steps=steps, sensitivity_steps=of_differences, required_steps=needed))
+        coarse = min(steps, max(t.sensitivity_steps, of_sensitivities))
+        adapted.append(replace(t.with_start(start), steps=steps, sensitivity_steps=coarse, required_steps=needed))
     return adapted
 
 
