@@ -1,4 +1,5 @@
-# run: loop and search on the bundled campaign; test: everything; check: style, types and layers; rust: the kernel's own tests;
+# run: loop and search on the bundled campaign; test: style, types and all but the slow tests; check: style, types and layers; rust: the kernel's own tests;
+# slow: the slow tests of simulation, identification, planning, fleets, bench, desk and kernel;
 # bench: speed of the kernel; blind: blind simulation study; blind-coaches: of a coach;
 # dist: wheel, source archive, bill of materials, installed away from the checkout, where the notebooks run; minimum: with the oldest versions allowed;
 # wheels: for x86-64 and aarch64 Linux, the former tried with every Python found;
@@ -23,7 +24,7 @@ BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation --require-hashes -r
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots desk-latency blind blind-coaches pictures docs transcripts rewrite dist minimum deny emulated aarch64 killed clean
+.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots desk-latency blind blind-coaches purpose pictures docs transcripts rewrite dist minimum deny emulated aarch64 killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
@@ -123,9 +124,10 @@ lock: .stamp-packages
 deny:
 	cargo deny --locked check $(CHECKS)
 
-# steps of simulated campaigns; long trials of the identification: true effect excluded, crossed damping, sensitivity to the settings
+# long trials of the identification (true effect excluded, crossed damping, sensitivity to the settings) and of all else;
+# transcripts, killed and exudyn run the slow tests of docs, execution and third_program
 slow: .stamp-build
-	$(BIN)/python -m pytest tests/test_truth.py tests/identification tests/planning tests/fleet -m slow
+	$(BIN)/python -m pytest tests -m slow --ignore=tests/docs --ignore=tests/execution --ignore=tests/third_program
 
 # the optional dependencies `bench`
 exudyn: .stamp-build

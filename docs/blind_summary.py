@@ -56,15 +56,42 @@ COACH = (
 )
 
 
-# sentences of other pages, with the counts of the trial of bogies in place of {}
+ONE = "one effect planted: right name, class and location"
+RECOGNISED = "outside the library: verdict `outside`"
+WRONG = "outside the library: an effect of the library named instead"
+LOCATED = "verdict `outside`, one location named: it is right"
+INTERVALS = "90 % intervals with the true value: all parameters"
+EFFECT_INTERVALS = "90 % intervals with the true value: added effects"
+
+# sentences and rows of other pages, with the numbers of the trial of bogies in place of {}
 NAMED = "one effect (lowering the error by a tenth or more) was named in {} of {} simulated cases"
-OUTSIDE = "{} of {} were recognised and {} were given the name of a library effect"
+OUTSIDE = "{} of {} were recognised and {} given the name of an effect of the library"
+OUTSIDE_THERE = OUTSIDE.replace("recognised and", "recognised there and")
 SIZES = "{} % of those of effect sizes contained the true value"
+COVERAGE = "Of the 90 % intervals {} % (95 % limits {} to {}) contain the true value"
+LOCATION = "was right in {} of {} in the present trial of simulated campaigns"
+NAMED_ROW = "one effect, lowering the error by a tenth or more: named, at its location | {} of {} |"
+OUTSIDE_ROW = "discrepancy outside the library: recognised | {} of {} |"
+WRONG_ROW = "discrepancy outside the library: given the name of a library effect | {} of {} |"
+LOCATED_OF = "for {} of {} in the present trial, {} of them rightly"
+# row of the trial and field of its outcome, for every number of a sentence
+NUMBERS = {
+    NAMED: ((ONE, "hits"), (ONE, "trials")),
+    NAMED_ROW: ((ONE, "hits"), (ONE, "trials")),
+    OUTSIDE: ((RECOGNISED, "hits"), (RECOGNISED, "trials"), (WRONG, "hits")),
+    OUTSIDE_THERE: ((RECOGNISED, "hits"), (RECOGNISED, "trials"), (WRONG, "hits")),
+    OUTSIDE_ROW: ((RECOGNISED, "hits"), (RECOGNISED, "trials")),
+    WRONG_ROW: ((WRONG, "hits"), (WRONG, "trials")),
+    LOCATION: ((LOCATED, "hits"), (LOCATED, "trials")),
+    LOCATED_OF: ((LOCATED, "trials"), (RECOGNISED, "hits"), (LOCATED, "hits")),
+    SIZES: ((EFFECT_INTERVALS, "percent"),),
+    COVERAGE: ((INTERVALS, "percent"), (INTERVALS, "low"), (INTERVALS, "high")),
+}
 SENTENCES = {
-    "README.md": (NAMED, OUTSIDE),
+    "README.md": (NAMED_ROW, OUTSIDE_ROW, WRONG_ROW, COVERAGE),
     "docs/blind.md": (NAMED,),
-    "docs/limits.md": (OUTSIDE,),
-    "docs/measured_campaign.md": (SIZES, OUTSIDE.replace("recognised and", "recognised there and")),
+    "docs/limits.md": (OUTSIDE, LOCATED_OF),
+    "docs/measured_campaign.md": (SIZES, OUTSIDE_THERE, LOCATION),
 }
 
 
@@ -108,18 +135,9 @@ def coach_rates(text: str) -> str:
 
 def sentence_counts(sentence: str) -> list[int]:
     """Return the numbers of a sentence of SENTENCES in their order."""
-    found = {name: outcome for outcome, (name, _, _) in zip(outcomes(trial("trial"), BOGIE), BOGIE, strict=True)}
-    if sentence == NAMED:
-        one = found["one effect planted: right name, class and location"]
-        return [one.hits, one.trials]
-    if sentence == SIZES:
-        return [found["90 % intervals with the true value: added effects"].percent]
-    recognised = found["outside the library: verdict `outside`"]
-    return [
-        recognised.hits,
-        recognised.trials,
-        found["outside the library: an effect of the library named instead"].hits,
-    ]
+    rows = outcomes(trial("trial"), BOGIE)
+    by_name = {name: outcome for outcome, (name, _, _) in zip(rows, BOGIE, strict=True)}
+    return [getattr(by_name[row], field) for row, field in NUMBERS[sentence]]
 
 
 def with_sentences(name: str, text: str) -> str:

@@ -47,10 +47,11 @@ def command(
     railui curve design.yaml --radius 600 --cant-deficiency "100 mm"
     railui curve design.yaml --radii 250:2000:50 --figure curve.svg
 
-    Quasi-static: accelerations and rates are zero, the effects act with their full laws. The centre of the
-    curve is at +y, so e < 0 is outwards. The force of the rails on each wheelset is positive to the right: minus the
-    sum Y of its guiding forces. Wear numbers: the sum over all wheels, then the largest of a wheel. A suspension with
-    a high critical speed on tangent track may cause high guiding forces and wear in curves.
+    Quasi-static: accelerations and rates are zero, the effects act with their full laws. For a positive radius
+    (right-hand curve) the centre is at +y and e < 0 is outwards; for a negative radius the reverse. The force of the
+    rails on each wheelset is positive to the right: minus the sum Y of its guiding forces. Wear numbers: the sum over
+    all wheels, then the largest of a wheel. A suspension with a high critical speed on tangent track may cause high
+    guiding forces and wear in curves.
     """
     from railui.api.curving import compute_curve
 

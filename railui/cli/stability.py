@@ -19,7 +19,7 @@ from railui.cli.invocation import Invocation, StatusLine, common_options
 from railui.cli.quantities import parse_speeds
 from railui.cli.tables import format_fixed, make_table
 
-BIFURCATION = {"hard": "subcritical", "soft": "supercritical"}
+BIFURCATION = {"hard": "subcritical", "soft": "amplitude falls gradually"}
 
 
 @click.command("stability")
@@ -46,10 +46,10 @@ def command(
     railui stability design.yaml
     railui stability design.yaml --speeds 20:80:2 --fold --track "erri_b176_low length=2000" --figure s.svg
 
-    linear: the speed at which a mode of the linear vehicle becomes unstable. nonlinear (--fold): the saddle-node
-    of limit cycles, the lowest speed at which hunting with flange contact persists. ride criteria (--track):
-    the highest speed up to which the ride class on this track stays just admissible. None of them follows from
-    another.
+    linear: the speed at which a mode of the linear vehicle becomes unstable. nonlinear (--fold): the lowest speed
+    at which hunting with flange contact persists (the saddle-node of limit cycles or, where the amplitude falls
+    gradually, the speed at which it no longer reaches the flanges). ride criteria (--track): the highest speed up
+    to which the ride class on this track stays just admissible. None of them follows from another.
     """
     from railui.api.stability import compute_stability
 

@@ -36,7 +36,7 @@ ISO_2631_1974: Final = (
     *((1 * HOUR, 0.85), (25 * MINUTE, 1.25), (16 * MINUTE, 1.5), (1 * MINUTE, 2.0)),
 )
 
-CARBODY_CENTRE: Final = "coach centre, its own mass on spring and damper"
+CARBODY_CENTRE: Final = "carbody, its own mass on spring and damper"
 IDENTITY_SECTION: Final = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
 MIN_DAMPING_RATIO: Final = 1e-6  # of an undamped carbody, for its transfer function to be stable
 

@@ -10,7 +10,7 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class Column:
-    """Known column of a run; its role is clock, track, response or coach (forces of the coach)."""
+    """Known column of a run; its role is clock, track, response or coach (forces of the carbody)."""
 
     name: str
     unit: str
@@ -39,8 +39,8 @@ COLUMNS = _by_name(
     Column("d2", "m", "response", "deflection of the trailing primary suspension"),
     Column("psi1", "rad", "response", "yaw of the leading wheelset"),
     Column("psi2", "rad", "response", "yaw of the trailing wheelset"),
-    Column("Qy", "N", "coach", "force of the coach on the frame"),
-    Column("Qpsi", "N*m", "coach", "moment of the coach on the frame"),
+    Column("Qy", "N", "coach", "force of the carbody on the frame"),
+    Column("Qpsi", "N*m", "coach", "moment of the carbody on the frame"),
 )
 # a one-mass rig: any unit except that of time
 RIG_COLUMNS = _by_name(

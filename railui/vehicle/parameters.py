@@ -64,10 +64,10 @@ VEHICLE = (
     ),
     *_in_group(
         "vehicle.secondary",
-        _zero_by_default("lateral_stiffness", "c_sy", "N/m", "lateral stiffness bogie to coach", 5e6),
-        _zero_by_default("yaw_stiffness", "c_spsi", "N*m/rad", "yaw stiffness bogie to coach", 5e6),
-        _zero_by_default("lateral_damping", "k_y", "N*s/m", "lateral damping bogie to coach", 3e5),
-        _zero_by_default("yaw_damping", "k_psi", "N*m*s/rad", "yaw damping bogie to coach", 5e6),
+        _zero_by_default("lateral_stiffness", "c_sy", "N/m", "lateral stiffness bogie to carbody", 5e6),
+        _zero_by_default("yaw_stiffness", "c_spsi", "N*m/rad", "yaw stiffness bogie to carbody", 5e6),
+        _zero_by_default("lateral_damping", "k_y", "N*s/m", "lateral damping bogie to carbody", 3e5),
+        _zero_by_default("yaw_damping", "k_psi", "N*m*s/rad", "yaw damping bogie to carbody", 5e6),
     ),
 )
 LONGITUDINAL = "longitudinal creep coefficient over wheel load"
@@ -150,7 +150,7 @@ RIG = _in_group(
 )
 # a component whose motion is prescribed needs no mass and has no gain
 BENCH = tuple(p for p in RIG if p.key not in ("mass", "gain"))
-FLOOR = "a coach on its secondary suspension"
+FLOOR = "a carbody on its secondary suspension"
 SHARE = "admissible share of time with flange contact"
 
 

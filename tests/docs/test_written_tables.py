@@ -30,10 +30,10 @@ def test_sentences_have_the_counts_of_the_trial(name: str) -> None:
 
 
 def test_counts_are_written_across_lines() -> None:
-    text = "Of these 1 of\n200 were recognised and 33 were given the name of a library effect."
-    first, second, third = blind_summary.sentence_counts(blind_summary.OUTSIDE)
-    written = blind_summary.with_sentences("docs/limits.md", text)
-    assert written == text.replace("200", str(second)).replace("33", str(third)).replace("these 1", f"these {first}")
+    text = "one effect (lowering the error by\na tenth or more) was named in 1 of\n200 simulated cases"
+    first, second = blind_summary.sentence_counts(blind_summary.NAMED)
+    written = blind_summary.with_sentences("docs/blind.md", text)
+    assert written == text.replace("200", str(second)).replace("in 1", f"in {first}")
     with pytest.raises(ValueError, match="lacks the sentence"):
         blind_summary.with_sentences("docs/limits.md", "no such sentence")
 
@@ -43,6 +43,20 @@ def test_the_first_hour_counts_the_standard_deviations_of_its_table() -> None:
     value, sd = map(float, re.search(r"half_width │ ([\d.]+) mm +│ ([\d.]+) mm", text).groups())  # type: ignore[union-attr]
     stated, planted = map(float, re.search(r"is ([\d.]+) standard deviations below .* ([\d.]+) mm", text).groups())  # type: ignore[union-attr]
     assert round((planted - value) / sd, 1) == stated
+
+
+def test_the_page_on_vehicles_counts_the_standard_deviations_of_its_estimates() -> None:
+    text = (ROOT / "docs/vehicles.md").read_text("utf-8")
+    found = re.findall(r"dry_friction │.* │ ([\d.]+) (?:kN|mm/s) +│ ([\d.]+) (?:kN|mm/s)", text)
+    found += re.findall(r'"value": ([\d.]+),\n +"sd": ([\d.]+),\n +"unit": "N\*s/m"', text)
+    estimates = [(float(value), float(sd)) for value, sd in found]
+    truth = re.search(r"has ([\d.]+) kN, ([\d.]+) mm/s and ([\d.]+) kN\*s/m", text)
+    stated = re.search(r"lie ([\d.]+) and ([\d.]+) standard\s+deviations\s+below\s+and\s+([\d.]+)\s+above", text)
+    assert truth is not None and stated is not None
+    scales = (1.0, 1.0, 1e3)
+    z = [(x - s * float(true)) / sd for (x, sd), true, s in zip(estimates, truth.groups(), scales, strict=True)]
+    assert [f"{abs(each):.1f}" for each in z] == list(stated.groups())
+    assert [each > 0 for each in z] == [False, False, True]
 
 
 def test_the_summary_refuses_a_trial_without_a_row() -> None:

@@ -240,7 +240,7 @@ def test_a_modelled_carbody_is_the_comfort_point() -> None:
     y_coach = series["z.frame.0"] - series["z.secondary_lateral.0"]
     felt = signal.sosfilt(discretise(W_D, 0.0025), np.gradient(np.gradient(y_coach, 0.0025), 0.0025))
     result = ride(design, LOW, 40.0)
-    assert result["comfort_point"].startswith("coach")
+    assert result["comfort_point"].startswith("carbody")
     assert not any("fixed transfer" in note for note in result["notes"])
     assert result["weighted_acceleration"] == pytest.approx(np.sqrt(np.mean(felt**2)), rel=2e-3)
 

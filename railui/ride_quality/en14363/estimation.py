@@ -12,7 +12,7 @@ from railui.arrays import FloatArray
 FACTORS: Final = {"running safety": 3.0, "track loading": 2.2, "running behaviour": 2.2, "quasi-static": 0.0}
 # one-sided confidence of the two-dimensional method
 CONFIDENCE: Final = {"running safety": 0.99, "track loading": 0.95, "running behaviour": 0.95}
-MIN_SPREAD: Final = 0.010  # m of cant deficiency, standard deviation below which a line cannot be fitted
+MIN_SPREAD: Final = 0.010  # m, standard deviation of the cant deficiency below which no line is fitted
 MIN_VALUES: Final = 5  # of a regression
 
 
@@ -62,7 +62,7 @@ def estimate_two_dimensional(
     Returns
     -------
     Estimate or None
-        None for fewer than five values, or a cant deficiency that hardly varies.
+        None for fewer than five values, or where the standard deviation of the cant deficiency is below 10 mm.
     """
     n = values.size
     if n < MIN_VALUES or cant_deficiency.std() < MIN_SPREAD:

@@ -26,10 +26,10 @@ from railui.vehicle.model import Model
 from railui.vehicle.on_track import half_gauges
 from railui.vehicle.resolve import ModelSource, resolve_model
 
-KEPT, EXCEEDED, INCOMPLETE = "limits kept", "limit exceeded", "incomplete"
+KEPT, EXCEEDED, INCOMPLETE = "lateral limits kept", "limit exceeded", "incomplete"
 DISCLAIMER: Final = "an evaluation by the rules of EN 14363, not an acceptance: see docs/en14363.md for their sources"
 STRAIGHT_NOTE: Final = "simulated: the track is straight, test zones 2 to 4 are missing"
-LATERAL_NOTE: Final = "vertical quantities (Q, vertical accelerations) are not evaluated: the method is lateral"
+LATERAL_NOTE: Final = "vertical quantities (Q, vertical accelerations) are not evaluated: the limits are lateral"
 
 Sample = tuple[Zone, str, str]  # zone, quantity, place
 
@@ -63,7 +63,8 @@ def evaluate_simulated(
     speed : float or str
         Speed [m/s], or a quantity.
     cant_deficiency : float, optional
-        Target of the two-dimensional method [m]; without it the one-dimensional method.
+        Target of the two-dimensional method in curves [m], see `estimate_two_dimensional`; without it the
+        one-dimensional method.
     seed : int, optional
         Seed that replaces that of the spec.
     jobs : int, optional
@@ -72,8 +73,8 @@ def evaluate_simulated(
     Returns
     -------
     dict
-        `zones` with their sections and `quantities` (estimated maximum, limit, exceeded), `verdict` ("limits kept",
-        "limit exceeded" or "incomplete"), `exceeded`, `missing`, `notes`.
+        `zones` with their sections and `quantities` (estimated maximum, limit, exceeded), `verdict` ("lateral limits
+        kept", "limit exceeded" or "incomplete"), `exceeded`, `missing`, `notes`.
 
     Raises
     ------

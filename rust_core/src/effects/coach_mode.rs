@@ -8,11 +8,11 @@ impl Effect for CoachMode {
     const RECORD: Record = Record {
         key: "coach_mode",
         title: "lateral carbody mode",
-        source: "thesis ch. 3 (forces of the coach); one lateral mode",
+        source: "thesis ch. 3 (forces of the carbody); one lateral mode",
         kind: Kind::Body,
         at: &["secondary_lateral"],
         params: &[
-            param("mass", "m", "kg", [5.0, 0.1, 30.0], "m", "half a coach, five times the frame", Role::Shape),
+            param("mass", "m", "kg", [5.0, 0.1, 30.0], "m", "half a carbody, five times the frame", Role::Shape),
             param("stiffness", "k", "F/z", [1.0, 0.01, 100.0], "k", STIFFNESS_ORIGIN, Role::Shape),
             param("damping", "c", "F*s/z", [1.0, 0.0, 100.0], "c", "the nominal damper's", Role::Shape),
         ],

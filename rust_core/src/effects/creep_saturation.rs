@@ -8,7 +8,7 @@ impl Effect for CreepSaturation {
     const RECORD: Record = Record {
         key: "creep_saturation",
         title: "saturation of the creep forces",
-        source: "Johnson and Vermeulen 1964; Shen, Hedrick and Elkins 1983",
+        source: "Vermeulen and Johnson, Journal of Applied Mechanics 31 (1964); Shen, Hedrick and Elkins 1983",
         kind: Kind::Creep,
         at: &["contact"],
         params: &[param(

@@ -8,10 +8,19 @@ impl Effect for GaugeConicity {
     const RECORD: Record = Record {
         key: "gauge_conicity",
         title: "conicity that depends on gauge",
-        source: "thesis 5.5 (the gauge term); S1002 on UIC60 about -15 1/m",
+        source: "thesis 5.5 (the gauge term); S1002 on 60E1: -15 1/m by the conicity of EN 15302 at 3 mm, about \
+                 -30 1/m linearised over an sd of 2 mm; take the value that railui contact prints for the sd of your run",
         kind: Kind::Rolling,
         at: &["contact"],
-        params: &[param("per_gauge", "lambda_g", "1/m", [-15.0, -100.0, 100.0], "1", "S1002 on UIC60", Role::Strength)],
+        params: &[param(
+            "per_gauge",
+            "lambda_g",
+            "1/m",
+            [-15.0, -100.0, 100.0],
+            "1",
+            "S1002 on 60E1, conicity of EN 15302 at 3 mm; about -30 1/m over an sd of 2 mm",
+            Role::Strength,
+        )],
         supersedes: Supersedes::Nothing,
         states: 0,
         odd: true,

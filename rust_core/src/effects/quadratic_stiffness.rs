@@ -15,7 +15,7 @@ impl Effect for QuadraticStiffness {
             "stiffness",
             "k2",
             "F/z^2",
-            [1.0, -30.0, 30.0],
+            [1.0, -300.0, 300.0],
             "k/z",
             "doubles the nominal spring's force at 5 mm (5 mrad) on one side",
             Role::Strength,

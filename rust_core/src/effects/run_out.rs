@@ -8,7 +8,8 @@ impl Effect for RunOut {
     const RECORD: Record = Record {
         key: "run_out",
         title: "run-out, once per turn",
-        source: "unbalance and eccentric wheels; Iwnicki (ed.), Handbook (2006), ch. 5",
+        source: "lateral run-out of the wheel: a force once per turn whose amplitude does not depend on the speed; not \
+                 unbalance, whose force grows with V^2",
         kind: Kind::Force,
         at: &["wheelset"],
         params: &[

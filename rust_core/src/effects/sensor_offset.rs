@@ -11,7 +11,7 @@ impl Effect for SensorOffset {
         source: "x(t) -> gain x(t - delay) + offset; the simulated signal is altered, never the measured one",
         kind: Kind::Sensor(Alteration::Offset),
         at: &["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "z", "vz", "az"],
-        params: &[param("offset", "offset", "z", [0.0, -1e3, 1e3], "1", "none; lives in the means", Role::Shape)],
+        params: &[param("offset", "offset", "z", [0.0, -1e3, 1e3], "1", "none; visible in the mean only", Role::Shape)],
         supersedes: Supersedes::Nothing,
         states: 0,
         odd: false,

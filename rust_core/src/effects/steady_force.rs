@@ -8,7 +8,8 @@ impl Effect for SteadyForce {
     const RECORD: Record = Record {
         key: "steady_force",
         title: "steady force",
-        source: "wind or an unbalanced cant; lives in the means",
+        source: "side wind, or lateral acceleration not balanced by cant; changes the mean values only, which the \
+                 comparison band leaves out",
         kind: Kind::Force,
         at: &["frame", "frame_yaw"],
         params: &[param("force", "F", "F", [0.3, -100.0, 100.0], "F", FORCE_ORIGIN, Role::Strength)],
