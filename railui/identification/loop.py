@@ -15,6 +15,7 @@ from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate, nominal_fit, with_phases, with_stable_start
 from railui.identification.estimation.failed_fit import has_failed, retry_failed_fit
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.held_parameters import with_spread_of_held_parameters
 from railui.identification.estimation.leave_one_out import LeftOutRun, leave_one_run_out
 from railui.identification.estimation.multiple_shooting import refit_hunting
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
@@ -289,7 +290,7 @@ def _final_fit(
 
 def final_estimates(context: Context, fit: Fit, validation: Validation) -> Fit:
     """Take the last step of the estimation, unless it raises the misfit of the validation runs by too much."""
-    last = with_unbiased_estimates(context, fit)
+    last = with_spread_of_held_parameters(context, with_unbiased_estimates(context, fit))
     if not last.shift.size:
         return last
     limit = (1.0 + context.settings.calibration.bias_misfit_share) ** 0.5 * validation.nrmse
@@ -334,7 +335,7 @@ def calibrate_only(
     findings = report_data_checks(context)
     context = with_phases(context)
     if method == METHODS[0]:
-        before = with_unbiased_estimates(context, calibrate(context))
+        before = with_spread_of_held_parameters(context, with_unbiased_estimates(context, calibrate(context)))
     else:
         start = with_stable_start(context, dataset.estimation)
         before = two_parallel_models(context, start, prepare_segments(context, start, dataset.estimation))

@@ -40,10 +40,19 @@ class DivergedError(SimulationError):
 
 
 class Simulation(NamedTuple):
-    """Series [vehicle, channel, n] and the sample at which each vehicle diverged [vehicle]; -1: never."""
+    """Series [vehicle, channel, n] and the sample at which each vehicle diverged [vehicle]; -1: never.
+
+    Samples after a divergence are zeros: they do not show it.
+    """
 
     series: FloatArray
     diverged: NDArray[np.int64]
+
+    def converged(self) -> FloatArray:
+        """Return the series; DivergedError where a vehicle diverged."""
+        if np.any(self.diverged >= 0):
+            raise DivergedError("the vehicle diverges", int(np.max(self.diverged)))
+        return self.series
 
 
 @dataclass(frozen=True, eq=False)

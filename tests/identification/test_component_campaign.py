@@ -95,7 +95,7 @@ def test_noise_of_the_prescribed_motion_biases_the_estimates(tmp_path: Path) -> 
     context = create_context(replace(dataset, noise={"z": 1e-3, "F": 1.0}), jobs=1)
     fit = calibrate(context)
     optimiser = GaussNewton(context, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
-    scores = dict(zip(fit.free.paths, track_noise_scores(context, fit, optimiser), strict=True))
+    scores = dict(zip(fit.free.paths, track_noise_scores(context, fit, optimiser).mean, strict=True))
     assert scores["vehicle.rig.stiffness"] < 0.0
 
 
@@ -141,8 +141,25 @@ def test_a_condition_that_only_some_runs_state_is_an_error(tmp_path: Path) -> No
 def test_estimates_within_their_scatter_are_homogeneous() -> None:
     rng = np.random.default_rng(1)
     for n in (2, 3, 5):
-        p = [homogeneity(7.0 + sd * rng.standard_normal(n), sd) for sd in rng.uniform(0.5, 2.0, (2000, n))]
+        p = []
+        for size in rng.uniform(0.5, 2.0, (4000, n)):
+            samples = size * rng.standard_normal((8, n))
+            p.append(homogeneity(samples.mean(axis=0), samples.std(axis=0, ddof=1) / np.sqrt(8), np.full(n, 7.0)))
         assert np.mean(np.array(p) < 0.1) == pytest.approx(0.1, abs=0.025)
+        assert np.mean(np.array(p) < 0.01) == pytest.approx(0.01, abs=0.007)
+
+
+def test_an_estimate_without_a_standard_deviation_differs_from_nothing() -> None:
+    assert homogeneity(np.array([1.0, 2.0]), np.array([0.0, 0.1]), np.array([9.0, 9.0])) == 1.0
+
+
+def test_a_condition_of_no_validation_run_leaves_the_loop_its_result(tmp_path: Path) -> None:
+    folder = campaign(tmp_path / "currents", {"0 A": 40.0, "1 A": 160.0})
+    text = (folder / "campaign.yaml").read_text().splitlines()
+    changed = [re.sub("current: [01] A", "current: 2 A", line) if "validate" in line else line for line in text]
+    (folder / "campaign.yaml").write_text("\n".join(changed))
+    result = close_loop(read_dataset(load_campaign(folder)), jobs=1)
+    assert result.conditions is None and np.isfinite(result.validations["after"].nrmse)
 
 
 def test_the_measured_damper_has_friction_and_hysteresis() -> None:

@@ -39,11 +39,6 @@ class DiscrepancySettings:
     min_drift_share: float = setting(
         0.02, maximum=1.0, meaning="Share of the misfit from which a drift along the track is refined."
     )
-    conclusive_drift_share: float = setting(
-        0.19,
-        maximum=1.0,
-        meaning="Share of the misfit from which a drift is reported without any gain.",
-    )
     reliable_share: float = setting(
         0.5,
         maximum=1.0,

@@ -222,6 +222,12 @@ class IdentifiabilitySettings:
         maximum=1.0,
         meaning="Share of the prior's standard deviation that remains where the data do not determine a parameter.",
     )
+    held_correlation: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Correlation with a parameter that only a prior determines from which an estimate is followed over the "
+        "width of that prior.",
+    )
     flagged_correlation: float = setting(
         0.95, maximum=1.0, meaning="Correlation with another parameter from which an estimate is flagged as correlated."
     )

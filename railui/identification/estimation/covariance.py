@@ -45,6 +45,14 @@ def block_covariance(blocks: FloatArray, precision: FloatArray, variance: float)
     return np.asarray((estimates.T @ estimates + priors @ priors.T) * np.outer(scale, scale))
 
 
+def block_degrees_of_freedom(blocks: FloatArray, precision: FloatArray, variance: float) -> FloatArray:
+    """Degrees of freedom [p] of the standard deviations that `block_covariance` returns for the same products."""
+    a = blocks.sum(axis=0)[1:, 1:] + np.diag(precision) * variance
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
+    unit = np.outer(scale, scale)
+    return degrees_of_freedom(blocks[:, 1:, 1:] * unit, linalg.pinvh(a * unit))
+
+
 def _left_out_scores(grams: FloatArray, scores: FloatArray, a: FloatArray) -> FloatArray:
     """Scores [block, p] of the residuals of a block with an estimate from all others."""
     values, vectors = np.linalg.eigh(a)
@@ -57,11 +65,20 @@ def _left_out_scores(grams: FloatArray, scores: FloatArray, a: FloatArray) -> Fl
 
 
 def t_factors(grams: FloatArray, inverse: FloatArray) -> FloatArray:
-    """Quantile [p] of Student's t over that of the normal distribution, from the share of each block in an estimate.
+    """Quantile [p] of Student's t over that of the normal distribution, from the share of each block in an estimate."""
+    return interval_factor(degrees_of_freedom(grams, inverse))
+
+
+def interval_factor(freedom: FloatArray) -> FloatArray:
+    """Factor [p] by which a standard deviation is larger, so that +/- 1.645 of it makes a 90 % interval."""
+    return np.asarray(special.stdtrit(freedom, TAIL) / special.ndtri(TAIL))
+
+
+def degrees_of_freedom(grams: FloatArray, inverse: FloatArray) -> FloatArray:
+    """Degrees of freedom [p] of a standard deviation from blocks, from the share of each block in an estimate.
 
     Source: Satterthwaite, Biometrics Bulletin 2 (1946) 110, with variances as the squared sensitivity of the blocks.
     """
     share = np.maximum(np.einsum("ij,bik,kj->bj", inverse, grams, inverse), 0.0)
     share = share / np.maximum(share.sum(axis=0), 1e-300)
-    freedom = np.maximum(1.0 / np.maximum(np.sum(share**2, axis=0), 1e-300) - 1.0, LEAST_FREEDOM)
-    return np.asarray(special.stdtrit(freedom, TAIL) / special.ndtri(TAIL))
+    return np.asarray(np.maximum(1.0 / np.maximum(np.sum(share**2, axis=0), 1e-300) - 1.0, LEAST_FREEDOM))

@@ -12,12 +12,13 @@ from railui.arrays import FloatArray
 from railui.campaign.segment import Segment
 from railui.campaign.settings.estimation import CalibrationSettings
 from railui.identification.estimation.block_products import block_length
-from railui.identification.estimation.covariance import block_covariance
+from railui.identification.estimation.covariance import block_covariance, block_degrees_of_freedom
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.problem import FitSegment
 from railui.vehicle.model import Model
 
 MIN_HUNTING_FREQUENCY = 3.0  # rad/s, where the hunting frequency sets the length of a block
+LEAST_BLOCKS = 4  # of a short record: a single one would have no scatter, and count as exact
 DEFAULT_HUNTING_FREQUENCY = 6.0  # rad/s, without any segment
 OSCILLATING_FREQUENCY = 1.0  # rad/s, above which a mode counts as oscillating
 
@@ -57,6 +58,11 @@ class NormalEquations:
     def rss(self) -> float:
         """The misfit: sum of the squared weighted residuals."""
         return float(self.total[0, 0])
+
+    @property
+    def misfit_per_sample(self) -> float:
+        """Misfit per compared sample: about 1 where noise alone is left."""
+        return self.rss / self.samples
 
     @property
     def variance(self) -> float:
@@ -105,11 +111,16 @@ class Fit:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Covariance [p, p] of the estimates, from the scores of blocks: robust to correlation in time (HAC)."""
+        """Covariance [p, p] of the estimates, by a jackknife over blocks: robust to correlation within a block."""
         if self.given_covariance is not None:
             return self.given_covariance
         blocks = self.normal.gram.sum(axis=1)
         return block_covariance(blocks, 1.0 / self.free.prior_sd**2, self.normal.variance)
+
+    @cached_property
+    def degrees_of_freedom(self) -> FloatArray:
+        """Degrees of freedom [p] of the standard deviations, from the share of each block in the estimates."""
+        return block_degrees_of_freedom(self.normal.gram.sum(axis=1), 1.0 / self.free.prior_sd**2, self.normal.variance)
 
     def block_samples(self, target: FitSegment) -> int:
         """Compared samples per block of the normal equations."""
@@ -118,7 +129,7 @@ class Fit:
     @property
     def error_to_noise(self) -> float:
         """Error on the estimation runs over the error that noise leaves there."""
-        return float(np.sqrt(self.normal.rss / self.normal.samples))
+        return float(np.sqrt(self.normal.misfit_per_sample))
 
     @property
     def least_squares(self) -> FloatArray:
@@ -151,4 +162,5 @@ def block_duration(settings: CalibrationSettings, model: Model, segments: Sequen
         default=DEFAULT_HUNTING_FREQUENCY,
     )
     period = settings.block_hunting_periods * 2.0 * np.pi / max(hunting, MIN_HUNTING_FREQUENCY)
-    return max(settings.min_block_duration, period)
+    longest = sum(s.samples * s.dt for s in segments) / LEAST_BLOCKS if segments else np.inf
+    return min(max(settings.min_block_duration, period), longest)

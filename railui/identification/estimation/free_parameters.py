@@ -202,9 +202,11 @@ def _curve_size(model: Model, path: str) -> float:
 
 
 def _catalogue_bounds(model: Model, path: str) -> tuple[float, float]:
-    if is_curve_point(path):
-        return -np.inf, np.inf
     group, number, key = path.split(".", 2)
+    if is_curve_point(path):
+        effect, key = model.design.effects[int(number)], key.split(".")[0]
+        p = next(p for p in core.effect_record(effect.kind)["parameters"] if p["key"] == key)
+        return float(p["minimum"]), float(p["maximum"])
     if group == "sensors":
         p = next(p for p in core.effect_record(model.sensors[int(number)].kind)["parameters"] if p["key"] == key)
         return float(p["minimum"]), float(p["maximum"])

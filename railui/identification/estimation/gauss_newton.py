@@ -184,13 +184,27 @@ class GaussNewton:
             series, diverged = self.sensitivities(target, x)
             if np.any(diverged >= 0):
                 raise DivergedError(f"the vehicle diverges on {target.segment.file} at a point of the fit")
-            return block_gram(series, self.block_samples(target))
+            return self._on_all_channels(target, block_gram(series, self.block_samples(target)))
 
         self.restart_windows(x)
         grams = list(map_threads(gram, self.segments, self.context.jobs))
         self.simulations += sum(1 + len(self.active_parameters(t)) for t in self.segments)
         count = sum(t.measured.size for t in self.segments)
         return NormalEquations(np.concatenate(grams), count, self.settings.independent_sample_share)
+
+    @property
+    def channels(self) -> list[str]:
+        """Names of the channels of all segments: runs may lack some."""
+        return list(dict.fromkeys(c for t in self.segments for c in t.segment.channels))
+
+    def _on_all_channels(self, target: FitSegment, gram: FloatArray) -> FloatArray:
+        """Products [block, channel, row, row] of a segment among those of all channels, zero for those it lacks."""
+        own, names = target.segment.channels, self.channels
+        if own == names:
+            return gram
+        out = np.zeros((len(gram), len(names), *gram.shape[2:]))
+        out[:, [names.index(c) for c in own]] = gram
+        return out
 
     def _best_linearised(self, tried: FloatArray, costs: FloatArray, cost: float) -> tuple[int, NormalEquations] | None:
         """Return the number of the best point [k, p] that lowers the cost, and its normal equations; None: no point.
@@ -304,10 +318,13 @@ class GaussNewton:
 
     def _report(self, iteration: int, x: FloatArray, normal: NormalEquations) -> None:
         total = normal.total
-        power = np.sum([np.sum(t.measured**2, axis=1) for t in self.segments], axis=0)
-        error = np.sqrt(normal.gram[:, :, 0, 0].sum(axis=0) / np.maximum(power, 1e-300))
+        power = dict.fromkeys(self.channels, 1e-300)
+        for t in self.segments:
+            for c, row in zip(t.segment.channels, t.measured, strict=True):
+                power[c] += float(np.sum(row**2))
+        error = np.sqrt(normal.gram[:, :, 0, 0].sum(axis=0) / np.array(list(power.values())))
         rho = total[1:, 0] / np.sqrt(np.maximum(total[0, 0] * np.diag(total)[1:], 1e-300))
-        channels = dict(zip(self.segments[0].segment.channels, error.tolist(), strict=True))
+        channels = dict(zip(power, error.tolist(), strict=True))
         event = FitIteration(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)
         self.context.progress.event(event)
 

@@ -104,9 +104,9 @@ def _information(fit: Fit) -> FloatArray:
     scores = fit.normal.gram.sum(axis=1)[:, 1:, 0]
     total = fit.normal.total[1:, 1:] * np.outer(size, size)
     # the factor by which statistics of white noise would understate the variance
-    white = np.maximum(np.diag(fit.normal.total)[1:] * fit.normal.rss / fit.normal.samples, 1e-300)
+    white = np.maximum(np.diag(fit.normal.total)[1:] * fit.normal.misfit_per_sample, 1e-300)
     factor = float(np.median(np.sum((scores - scores.mean(axis=0)) ** 2, axis=0) / white))
-    return np.asarray(total / (fit.normal.rss / fit.normal.samples) / max(factor, 1e-3))
+    return np.asarray(total / (fit.normal.misfit_per_sample) / max(factor, 1e-3))
 
 
 def _direction(paths: Sequence[str], value: float, vector: FloatArray, least_part: float) -> Direction:
@@ -174,7 +174,6 @@ def profile_likelihood(context: Context, fit: Fit, path: str) -> Profile:
         except SimulationError:
             continue  # diverges there: the interval ends before
         prior = ((value - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
-        prior -= ((center[j] - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2
         values.append(value)
         deviance.append(max(refit.cost + prior - fit.cost, 0.0) * scale)
     order = np.argsort(values)
@@ -229,7 +228,7 @@ class SectionEstimates:
 
         About 1 where the parameter is constant and determined by the data, less where a prior holds it.
         """
-        weight = 1.0 / np.maximum(self.sd, 1e-300) ** 2
+        weight = 1.0 / np.maximum(self.sd, 1e-150) ** 2
         mean = np.sum(weight * self.values, axis=0) / np.sum(weight, axis=0)
         return np.asarray(np.sum(weight * (self.values - mean) ** 2, axis=0) / max(len(self.values) - 1, 1))
 

@@ -12,6 +12,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.prediction import DivergedError
 
 MIN_RUNS = 3
 CUTOFF = 1e-9  # of the scaled normal matrix
@@ -54,10 +55,12 @@ def leave_one_run_out(context: Context, fit: Fit, validation_fit: Fit | None) ->
     size, count = 1 + len(fit.x), len(channels[0])
     grams = {run: np.zeros((count, size, size)) for run in runs}
     power = {run: np.zeros(count) for run in runs}
-    for t in segments:
-        series, diverged = optimiser.sensitivities(t, fit.x)
-        if np.any(diverged >= 0):
-            return []
+    try:
+        optimiser.restart_windows(fit.x)  # a rig starts as freely on a validation run as on those of the fit
+        simulated = [optimiser.sensitivities(t, fit.x).converged() for t in optimiser.segments]
+    except DivergedError:
+        return []
+    for t, series in zip(optimiser.segments, simulated, strict=True):
         grams[t.segment.run_index] += np.einsum("icn,jcn->cij", series, series, optimize=True)
         power[t.segment.run_index] += np.sum(t.measured**2, axis=1)
     used = [channels[0].index(c) for c in compared_channels(segments[0].segment)]

@@ -23,7 +23,7 @@ from railui.campaign.noise.model import NoiseModel
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
-from railui.identification.prediction import Predictor, required_steps
+from railui.identification.prediction import Predictor, SimulationError, required_steps
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
@@ -61,16 +61,22 @@ class SimulatedTruth:
         self.segment = segment
         self.index = index
         self.channels = compared_channels(segment)
-        truth = estimate_phases(context, model, segment)
-        start = estimate_initial_state(context, truth, segment)
-        self.predictor = Predictor(truth, segment, initial_state=start)
-        self.clean = self._compared(*self.predictor.simulate(self.channels))
+        self.clean: FloatArray | None = None  # where the model diverges, or is too stiff at the speed of the segment
+        try:
+            truth = estimate_phases(context, model, segment)
+            start = estimate_initial_state(context, truth, segment)
+            self.predictor = Predictor(truth, segment, initial_state=start)
+            self.clean = self._compared(*self.predictor.simulate(self.channels))
+        except SimulationError as error:
+            context.progress.message(f"no noise floor on {segment.file}: {error}")
 
     def draw(self, seed: int) -> tuple[FloatArray, FloatArray] | None:
         """Draw the measurement with sensor noise and the prediction on a track with noise, both as compared.
 
-        None where the model diverges.
+        None where the model cannot be simulated, or diverges.
         """
+        if self.clean is None:
+            return None
         campaign, segment = self.context.campaign, self.segment
         rng = np.random.default_rng(np.random.SeedSequence([seed, self.index]))
         wheelset_spacing = self.predictor.model.wheelset_spacing()
@@ -78,7 +84,7 @@ class SimulatedTruth:
             self.context.noise, campaign.noise_band, rng, wheelset_spacing, self.predictor.steps
         )
         simulated = self._compared(*self.predictor.simulate(self.channels, table=table))
-        if self.clean is None or simulated is None:
+        if simulated is None:
             return None
         drawn = self.context.noise.draw(self.channels, segment.samples, segment.dt, rng)
         return self.clean + comparison_filter(campaign, segment, drawn), simulated

@@ -42,7 +42,8 @@ def two_parallel_models(context: Context, model: Model, segments: Sequence[FitSe
     free = free_parameters(context, model, context.campaign.estimated_parameters)
     duration = block_duration(context.settings.calibration, context.nominal, [t.segment for t in segments])
     quiet = context.in_background(context.jobs)
-    optimiser = GaussNewton(quiet, model, free, segments, block=duration, stable=True)
+    stable = not model.limits_hunting
+    optimiser = GaussNewton(quiet, model, free, segments, block=duration, stable=stable)
     x = np.array([model.value(p) for p in free.paths])
     first = optimiser.fit(x, tolerance=TOLERANCE, max_iterations=0)
     optimiser.simulations = 0
@@ -73,7 +74,7 @@ def _step(optimiser: GaussNewton, x: FloatArray, j: int, cost: float) -> tuple[F
         pair, diverged = optimiser.simulate(target, np.vstack([x, x + change]))
         if np.any(diverged >= 0):
             return x, cost
-        dw, e = pair[1] - pair[0], target.measured - pair[0]
+        dw, e = target.without_initial_state(np.stack([pair[1] - pair[0], target.measured - pair[0]]))
         products += np.array([np.sum(e * dw), np.sum(dw * dw), np.sum(e * e)])
     factor = optimiser.independent_samples / max(products[2], 1e-300)
     prior = change[j] * (free.prior[j] - x[j]) / free.prior_sd[j] ** 2
@@ -95,4 +96,4 @@ def residual_correlations(context: Context, fit: Fit) -> Correlations:
     error, cross, squares = gram[:, 0, 0], gram[:, 0, 1:], np.einsum("cii->ci", gram)[:, 1:]
     rho = cross / np.sqrt(np.maximum(error[:, None] * squares, 1e-300))
     steps = cross.sum(axis=0) / np.maximum(squares.sum(axis=0), 1e-300)
-    return Correlations(fit.free.paths, tuple(fit.segments[0].segment.channels), np.asarray(rho.T), np.asarray(steps))
+    return Correlations(fit.free.paths, tuple(optimiser.channels), np.asarray(rho.T), np.asarray(steps))

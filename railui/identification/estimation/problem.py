@@ -168,7 +168,7 @@ def channel_weights(context: Context, model: Model, segment: Segment) -> FloatAr
     if whole is None:
         return noise_weights(context, model, segment)
     windows = whole.windows(segment.samples * segment.dt)
-    some = windows[:: max(len(windows) // WEIGHTED_WINDOWS, 1)]
+    some = windows[:: -(-len(windows) // WEIGHTED_WINDOWS)]
     starts = [estimate_initial_state(context, model, w) if may_hunt(model, w) else None for w in some]
     return np.asarray(1.0 / np.sqrt(np.mean(noise_variances(context, model, some, starts), axis=0)))
 
@@ -318,12 +318,12 @@ def truncate(context: Context, prepared: Sequence[FitSegment], seconds: float) -
     """Keep the first seconds of every segment, enough to distinguish candidates; of a rig's as many samples."""
     truncated = []
     for t in prepared:
-        if t.is_window:
-            if t.segment.first_sample * t.segment.dt < seconds:
-                truncated.append(t)
-            continue
         rig_rate = context.settings.calibration.rig_samples_per_second
         samples = round(seconds * (rig_rate if t.segment.is_rig else 1.0 / t.segment.dt))
+        if t.is_window:
+            if t.segment.first_sample < samples:
+                truncated.append(t)
+            continue
         truncated.append(t if samples >= t.segment.samples else _first_samples(context, t, samples))
     return truncated
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,12 +56,14 @@ def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
     p = len(fit.x)
     free = np.concatenate([~fit.free.are_on_bound(fit.x), np.ones(len(joint.precision) - p, dtype=bool)])
     step = joint.solve(joint.blocks.sum(axis=0)[1:, 0] + joint.variance * joint.gradient, free)
-    scores = np.concatenate([track_noise_scores(context, fit, optimiser), np.zeros(len(free) - p)])
-    bias = joint.solve(scores, free)[:p]
+    scores = track_noise_scores(context, fit, optimiser)
+    of_states = np.zeros(len(free) - p)
+    bias = joint.solve(np.concatenate([scores.mean, of_states]), free)[:p]
+    errors = np.array([joint.solve(np.concatenate([d, of_states]), free)[:p] for d in scores.deviations])
     residual = np.concatenate([[1.0], -step])
     blocks = joint.blocks.copy()
     blocks[:, 1:, 0] = joint.blocks[:, 1:, :] @ residual
-    covariance = block_covariance(blocks, joint.precision, joint.variance)[:p, :p]
+    covariance = block_covariance(blocks, joint.precision, joint.variance)[:p, :p] + errors.T @ errors
     shift = step[:p] - bias
     x = np.clip(fit.x + shift, fit.free.low, fit.free.high)
     model = fit.model.with_path_values(fit.free.paths, x)
@@ -83,20 +86,28 @@ def _is_as_good(context: Context, fit: Fit, x: FloatArray) -> bool:
     return bool(np.isfinite(misfits[1]) and misfits[1] <= limit)
 
 
-def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> FloatArray:
-    """Score [p] that noise of the recorded track is expected to give where the model is true.
+class NoiseScores(NamedTuple):
+    """Mean score [p] over realisations of noise, and deviations [k, p] whose squares are its variance."""
+
+    mean: FloatArray
+    deviations: FloatArray
+
+
+def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> NoiseScores:
+    """Return the score that noise of the recorded track is expected to give where the model is true.
 
     With the response f(y) to a track y and its sensitivities S(y), a record y + n of the true track y gives
     S(y + n)' (f(y) - f(y + n)). The mean over n and -n is free of what is odd in n. Realisations on which the vehicle
     diverges are left out; zeros where it diverges on all those of a segment.
     """
     noise, draws = context.noise, context.settings.calibration.bias_draws
+    none = NoiseScores(np.zeros(len(fit.x)), np.zeros((0, len(fit.x))))
     if not any(noise.get(c) for t in fit.segments for c in t.segment.input_columns):
-        return np.zeros(len(fit.x))
+        return none
     spacing = fit.model.wheelset_spacing()
 
     segments = [t.for_differences for t in optimiser.segments]
-    exact = list(map_threads(lambda t: optimiser.simulate(t, fit.x[None]).series[0], segments, context.jobs))
+    exact = list(map_threads(lambda t: optimiser.simulate(t, fit.x[None]).converged()[0], segments, context.jobs))
 
     def score(task: tuple[int, int]) -> FloatArray:
         index, draw = task
@@ -120,8 +131,10 @@ def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> Fl
     is_valid = np.isfinite(scores).all(axis=2)
     if not is_valid.any(axis=1).all():
         context.progress.message("the vehicle diverges on track with noise: no bias is subtracted from the estimates")
-        return np.zeros(len(fit.x))
-    return np.asarray(sum(np.mean(one[valid], axis=0) for one, valid in zip(scores, is_valid, strict=True)))
+        return none
+    known = [one[valid] for one, valid in zip(scores, is_valid, strict=True)]
+    deviations = [(x - x.mean(axis=0)) / np.sqrt(len(x) * max(len(x) - 1, 1)) for x in known]
+    return NoiseScores(np.sum([x.mean(axis=0) for x in known], axis=0), np.concatenate(deviations))
 
 
 def _joint_products(context: Context, fit: Fit, optimiser: GaussNewton) -> _Joint:
@@ -132,7 +145,7 @@ def _joint_products(context: Context, fit: Fit, optimiser: GaussNewton) -> _Join
     grams, samples, first = [], 0, 1 + p
     gradient = [(fit.free.prior - fit.x) / fit.free.prior_sd**2]
     for target, (rows, prior) in zip(optimiser.segments, states, strict=True):
-        series = np.concatenate([optimiser.sensitivities(target, fit.x)[0], rows])
+        series = np.concatenate([optimiser.sensitivities(target, fit.x).converged(), rows])
         gram = block_gram(series, optimiser.block_samples(target)).sum(axis=1)
         index = np.r_[0 : 1 + p, first : first + len(rows)]
         full = np.zeros((len(gram), 1 + p + q, 1 + p + q))

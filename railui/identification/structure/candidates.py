@@ -133,12 +133,13 @@ def _sites(
     linear = model.local_elements
     locations = [(at, w) for at, w in linear if w != core.LINKAGE_NUMBER]
     channels = [f"{q}.{at}.{w}" for at, w in locations for q in ("z", "v")]
-    square = np.zeros(len(channels))
+    squares = []
     for i, segment in enumerate(segments):
         start = None if starts is None else starts[i]
         series, diverged = Predictor(model, segment, initial_state=start).simulate(channels)
         if diverged[0] < 0:
-            square += series[0][:, series.shape[2] // 10 :].var(axis=1) / len(segments)
+            squares.append(series[0][:, series.shape[2] // 10 :].var(axis=1))
+    square = np.mean(squares, axis=0) if squares else np.zeros(len(channels))
     rms = dict(zip(channels, np.sqrt(square), strict=True))
     values = model.design.values
     general = {"w": W, "m": _reference_mass(model), "1": 1.0}

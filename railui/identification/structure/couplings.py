@@ -17,6 +17,7 @@ from railui.dsp.filters import frequency_response
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.problem import FitSegment
+from railui.identification.prediction import DivergedError
 from railui.identification.structure.equivalent_inputs import PULSE_DELAY, WINDOW_DURATION, Port, impulse_responses
 from railui.identification.structure.score_test import ScoreTest
 
@@ -77,7 +78,11 @@ def find_couplings(context: Context, fit: Fit) -> list[Coupling]:
         return []
     couplings = [(pairs, q) for q in ("z", "v") for pairs in candidate_couplings()]
     test = ScoreTest(context, fit, fit.segments)
-    scores = test.score([coupling_responses(fit, t, couplings) for t in fit.segments])
+    try:
+        scores = test.score([coupling_responses(fit, t, couplings) for t in fit.segments])
+    except DivergedError as error:
+        context.progress.message(f"  no couplings are compared: {error}")
+        return []
     shares = np.where(scores.is_distinguishable, scores.rho**2, 0.0)
     before = test.projector.block_products[:, 0, 0]
     amount = scores.amount[:, None]
@@ -105,7 +110,7 @@ def coupling_responses(fit: Fit, target: FitSegment, couplings: Sequence[tuple[t
     ports = sorted({p for pairs, _ in couplings for pair in pairs for p in pair}, key=str)
     responses = impulse_responses(fit, target, ports, WINDOW_DURATION, target.filter.weights)
     channels = [f"{q}.{at}.{w or 0}" for q in ("z", "v") for at, w in ports]
-    motion = target.motion_predictor(fit.model).simulate(channels).series[0]
+    [motion] = target.motion_predictor(fit.model).simulate(channels).converged()
     n = motion.shape[1]
     size = 1 << (n + next(iter(responses.values())).shape[1] - 1).bit_length()
     gain = _zero_phase_gain(target.filter.sos, size)

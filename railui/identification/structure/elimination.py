@@ -20,7 +20,7 @@ REMOVAL_TOLERANCE = 1e-4
 
 
 def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep], previous: Stage | None) -> Stage:
-    """Remove each effect that is not needed, see `_is_needed`; updates `steps`.
+    """Remove the least needed effect until all are needed, see `_is_needed`; updates `steps`.
 
     previous: the model before the last effect was added; None where it was one of a pair, whose halves are judged
     each without the other.
@@ -36,15 +36,17 @@ def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep
         without = map_threads(
             partial(_without_effect, background, final.fit), [steps[i].added for i in fitted], context.jobs
         )
+        needless: list[tuple[int, Stage]] = []
         for i, stage in zip(added, [*without, *([] if previous is None else [previous])], strict=True):
-            refit = steps[i].added
             if stage is None:
                 continue
-            context.progress.message(f"  without {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
+            context.progress.message(f"  without {refit_text(steps[i].added)}: NRMSE {stage.validation.nrmse:.4f}")
             if not _is_needed(context, stage, final):
-                final, previous, removed = stage, None, True
-                steps[i] = replace(steps[i], added=None)
-                break
+                needless.append((i, stage))
+        if needless:
+            i, final = min(needless, key=lambda one: one[1].validation.nrmse)
+            previous, removed = None, True
+            steps[i] = replace(steps[i], added=None)
     return final
 
 
@@ -56,14 +58,14 @@ def _is_needed(context: Context, without: Stage, final: Stage) -> bool:
     """
     if gains(context, without, final):
         return True
-    without_it = without.fit.normal.rss / without.fit.normal.samples
+    without_it = without.fit.normal.misfit_per_sample
     is_obvious = without_it >= _obvious_misfit(context, final.fit)
     return is_obvious and final.validation.nrmse <= without.validation.nrmse
 
 
 def _obvious_misfit(context: Context, fit: Fit) -> float:
     """Misfit per sample without an effect from which the effect is obvious."""
-    return fit.normal.rss / fit.normal.samples / (1.0 - context.settings.score_test.obvious_rho2)
+    return fit.normal.misfit_per_sample / (1.0 - context.settings.score_test.obvious_rho2)
 
 
 def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | None:

@@ -24,7 +24,7 @@ from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
-from railui.identification.prediction import Predictor
+from railui.identification.prediction import DivergedError, Predictor
 from railui.identification.structure.locations import JOINT_CLASSES, distinct_locations
 from railui.parallel import run_both
 from railui.track import input_table
@@ -112,7 +112,8 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
 
     The contributions of sensor and track noise are subtracted from the spectra, since track noise resembles forces at
     the contact. As many independent forces as channels explain any residual: locations with so many are left out, which
-    leaves none if a single channel was measured; those with more than half as many come last and locate nothing.
+    leaves none if a single channel was measured; those with more than half as many come last and locate nothing. None
+    where the vehicle diverges on even track or with every realisation of the noise.
     """
     if not fit.model.design.is_on_track:
         return [ForceLocation("rig", None, 1.0, 1)]
@@ -121,11 +122,17 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     candidates = force_locations(fit.model)
     shares: list[list[WindowedShare]] = [[] for _ in candidates]
     for target in fit.segments:
-        series, _ = optimiser.simulate(target, fit.x[None])
-        residual = _transforms(target.without_initial_state(target.measured - series[0]), target)
-        noise, responses = run_both(
-            partial(_noise, context, fit, target), partial(_frequency_responses, fit, target, candidates), context.jobs
-        )
+        try:
+            [series] = optimiser.simulate(target, fit.x[None]).converged()
+            noise, responses = run_both(
+                partial(_noise, context, fit, target),
+                partial(_frequency_responses, fit, target, candidates),
+                context.jobs,
+            )
+        except DivergedError as error:
+            context.progress.message(f"  forces at no location are compared: {error}")
+            return []
+        residual = _transforms(target.without_initial_state(target.measured - series), target)
         for i, (_, _, ports) in enumerate(candidates):
             if len(ports) < len(target.measured):
                 h = np.stack([responses[p] for p in ports], axis=2)
@@ -195,21 +202,30 @@ def _length(target: FitSegment) -> int:
 
 
 def _noise(context: Context, fit: Fit, target: FitSegment) -> ComplexArray:
-    """Cross spectra [frequency, channel, channel] of the noise, the mean of a few draws."""
+    """Cross spectra [frequency, channel, channel] of the noise, the mean of a few draws.
+
+    Raises
+    ------
+    DivergedError
+        Where the vehicle diverges with each of them.
+    """
     noise, campaign, segment = context.noise, context.campaign, target.segment
     channels = segment.channels
     predictor = target.predictor(fit.model)
-    clean, _ = predictor.simulate()
-    total: ComplexArray = np.zeros((1, 1, 1), dtype=complex)
-    draws = context.settings.discrepancy.location_noise_draws
-    for seed in range(draws):
+    [clean] = predictor.simulate().converged()
+    found: list[ComplexArray] = []
+    for seed in range(context.settings.discrepancy.location_noise_draws):
         of_track, of_sensors = _generators(seed, segment)
         table = segment.noisy_table(noise, campaign.noise_band, of_track, fit.model.wheelset_spacing(), target.steps)
-        noisy, _ = predictor.simulate(table=table)
+        noisy, diverged = predictor.simulate(table=table)
+        if diverged[0] >= 0:
+            continue
         sensors = comparison_filter(campaign, segment, noise.draw(channels, segment.samples, segment.dt, of_sensors))
         sensors = sensors[:, :: target.filter.decimation] * target.filter.weights[:, None]
-        total = total + _spectra(noisy[0] - clean[0] + sensors, target) / draws
-    return np.asarray(total)
+        found.append(_spectra(noisy[0] - clean + sensors, target))
+    if not found:
+        raise DivergedError(f"the vehicle diverges on {segment.file} with every realisation of the noise")
+    return np.asarray(np.mean(found, axis=0))
 
 
 def _generators(draw: int, segment: Segment) -> tuple[np.random.Generator, np.random.Generator]:
@@ -277,6 +293,6 @@ def impulse_responses(
     responses: dict[Port, FloatArray] = {}
     for at, wheelset in ports:
         vehicles = fit.model.vehicles((), [core.Placement("measured_force", at, wheelset, len(row), "s")])
-        series, _ = predictor.simulate(batch=batch, vehicles=vehicles, table=table)
+        series = predictor.simulate(batch=batch, vehicles=vehicles, table=table).converged()
         responses[at, wheelset] = (series[0] - series[1])[:, ::every] * weights[:, None] / PULSE_FORCE
     return responses

@@ -58,7 +58,7 @@ class ScoreResult:
 
     @property
     def z(self) -> float:
-        """Score over its standard deviation from blocks (HAC), as a standard normal variable."""
+        """Score over its standard deviation from blocks (HC3), as a standard normal variable."""
         sd = self.standard_deviation
         return float(as_normal(self.scores.sum() / sd, self.degrees_of_freedom)) if sd > 0 else 0.0
 

@@ -45,7 +45,10 @@ def alternatives(context: Context, steps: Sequence[SelectionStep], index: int) -
     later = [r for refits in after for r in refits if r.candidate != c and _place(r.candidate) == _place(c)]
     limit = context.settings.refit.give_up_ratio * min((r.rss for r in step.refits if r.candidate == c), default=0.0)
     near = [r for r in step.refits if r.candidate not in (None, c) and r.rss <= limit]
-    return [*sorted(later, key=lambda r: r.rss), *sorted(near, key=lambda r: r.rss)]
+    by_candidate: dict[Candidate | None, Refit] = {}
+    for refit in [*sorted(later, key=lambda r: r.rss), *sorted(near, key=lambda r: r.rss)]:
+        by_candidate.setdefault(refit.candidate, refit)
+    return list(by_candidate.values())
 
 
 def _place(candidate: Candidate | None) -> tuple[str, int | None] | None:

@@ -14,6 +14,7 @@ from railui.identification.estimation.block_products import block_length
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import truncate
+from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate, CandidateBatch, batches_on
 from railui.identification.structure.score_test import ScoreTestResult, output_differences
 from railui.parallel import map_threads
@@ -59,7 +60,10 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
     ready = truncate(context, validation_fit.segments, context.settings.selection.gain_forecast_duration)
     fit = replace(validation_fit, segments=tuple(ready))
     adjuster = GaussNewton(context.in_background(context.jobs), fit.model, fit.free, ready, block=1.0, stable=False)
-    linear = list(map_threads(lambda t: adjuster.sensitivities(t, fit.x).series, ready, context.jobs))
+    try:
+        linear = list(map_threads(lambda t: adjuster.sensitivities(t, fit.x).converged(), ready, context.jobs))
+    except DivergedError:
+        return {}
     rows = [[t.segment.channels.index(c) for c in compared_channels(t.segment)] for t in ready]
     power: dict[str, float] = {}
     for t, used in zip(ready, rows, strict=True):

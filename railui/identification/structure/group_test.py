@@ -80,12 +80,13 @@ def compare_group_members(context: Context, fit: Fit) -> tuple[GroupDifference, 
         return ()
     test = _GroupTest(context, fit, shared)
     heterogeneous: list[GroupDifference] = []
-    while True:
+    while len(heterogeneous) < len(shared):
         found = sorted(test.run([g.path for g in heterogeneous]), key=lambda g: -g.partial_correlation)
         best = next((g for g in found if g.is_heterogeneous), None)
         if best is None:
             return (*heterogeneous, *found)
         heterogeneous.append(best)
+    return tuple(heterogeneous)
 
 
 def misfit_beyond_noise(context: Context, rss: float, samples: int) -> float:

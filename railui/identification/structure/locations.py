@@ -81,6 +81,22 @@ def estimated_elements(model: Model, estimated: Collection[str]) -> set[Element]
     return elements
 
 
+def location_of_number(structure: Structure, path: str) -> str:
+    """Return the location of a number of an element, or of a body or wheelset, in the direction in which it acts."""
+    parts = {part.path: part for part in (*structure.elements, *structure.bodies)}
+    part = next(part for start, part in parts.items() if path.startswith(f"{start}."))
+    if part.kind in ("body", "wheelset"):
+        name = "wheelset" if part.kind == "wheelset" else part.name
+        return f"{name}_yaw" if path.endswith(".yaw_inertia") else name
+    if part.kind == "link":
+        return part.name
+    key = path.removeprefix(f"{part.path}.")
+    own = "roll" if part.kind == "anti_roll_bar" else part.word("direction", "lateral")
+    way = next((way for way in DIRECTION_OF_WAY if key.startswith(f"{way}_")), own)
+    at = f"{part.name}_{DIRECTION_OF_WAY[way]}"
+    return at if at in structure.effect_locations else f"{part.name}_lateral"
+
+
 def joint_key(model: Model, at: str) -> JointKey:
     """Return what the locations of one joint have in common: the bodies that it joins and the direction."""
     structure = model.design.structure

@@ -192,7 +192,7 @@ class ScoreTest:
 
 def _base(adjuster: GaussNewton, fit: Fit, index: int, length: int) -> _Base:
     target = fit.segments[index]
-    series, _ = adjuster.sensitivities(target, fit.x)
+    series = adjuster.sensitivities(target, fit.x).converged()
     return _Base(_rows_in_blocks(series, length), length)
 
 

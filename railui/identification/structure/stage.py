@@ -65,7 +65,7 @@ def gains(context: Context, old: Stage, new: Stage) -> bool:
     if is_significant_gain(context, old.validation, new.validation):
         return True
     settings = context.settings.selection
-    before, after = (stage.fit.normal.rss / stage.fit.normal.samples for stage in (old, new))
+    before, after = (stage.fit.normal.misfit_per_sample for stage in (old, new))
     if after > settings.decisive_misfit_ratio * before:
         return False
     gain, sd = old.validation.error_reduction(new.validation)

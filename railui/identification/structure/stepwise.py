@@ -193,11 +193,11 @@ class StepwiseSelection:
         others = [p for p in pairs if {(c.kind, c.at, c.wheelset) for c in p.candidates} != accepted_effects]
         best = others[: self.settings.refitted_pairs]
         self.context.progress.message(f"{scored} pairs of effects scored, {len(best)} refitted")
-        accepted_share = accepted.normal.rss / fit.normal.rss
+        accepted_share = accepted.normal.misfit_per_sample / fit.normal.misfit_per_sample
         refits = refit_pairs(self.context, fit, best, self.settings.hopeless_pair_ratio * accepted_share)
         found, ratio = PairSearch(scored, len(best)), self.settings.simpler_misfit_ratio
         pair = simplest_pair(refits, ratio)
-        limit = ratio * accepted.normal.rss / accepted.normal.samples
+        limit = ratio * accepted.normal.misfit_per_sample
         return None if pair is None or pair.rss / pair.fit.normal.samples > limit else pair, found
 
     def _pair_stage(self, fit: Fit, pair: PairRefit) -> Stage | None:

@@ -13,11 +13,13 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.identification.context import Context
-from railui.identification.estimation.block_products import block_gram, scaled_inverse
+from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
+from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.equivalent_inputs import PULSE_DELAY, impulse_responses
+from railui.identification.structure.projection import Projector
 
 PORTS = tuple((at, w) for w in (1, 2) for at in ("wheelset", "wheelset_yaw"))
 TERMS = ("y", "y'", "psi", "psi'")
@@ -83,28 +85,25 @@ def estimate_coefficients(context: Context, fit: Fit) -> list[Coefficient]:
     optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
     grams = []
     for target in fit.segments:
-        base, _ = optimiser.sensitivities(target, fit.x)
+        base = optimiser.sensitivities(target, fit.x).converged()
         rows = np.concatenate(
             [base, target.without_initial_state(coefficient_responses(fit, target, settings.pulse_duration))]
         )
         grams.append(block_gram(rows, fit.block_samples(target)).sum(axis=1))
     gram = np.concatenate(grams)
     parameters = 1 + len(fit.x)
-    prior = np.diag(fit.normal.variance / fit.free.prior_sd**2)
-    names = [(w, at, term) for at, w in PORTS for term in TERMS]
-    total = gram.sum(axis=0)
-    projector = scaled_inverse(total[1:parameters, 1:parameters] + prior, 1e-10)
+    own, added = slice(0, parameters), slice(parameters, None)
+    projector = Projector(gram[:, own, own], np.diag(fit.normal.variance / fit.free.prior_sd**2))
+    norms = np.einsum("bii->bi", gram)[:, added]
+    scores = projector.project(gram[:, added, own], norms, context.settings.score_test.min_remaining_share)
     coefficients = []
-    for k, (wheelset, at, term) in enumerate(names):
-        i = parameters + k
-        absorbed = projector @ total[1:parameters, i]
-        norm = total[i, i] - total[i, 1:parameters] @ absorbed
-        scores = gram[:, 0, i] - gram[:, 0, 1:parameters] @ absorbed
-        if norm <= context.settings.score_test.min_remaining_share * total[i, i]:
-            continue  # indistinguishable from the estimated parameters
-        difference = float(scores.sum() / norm)
-        sd = float(np.sqrt(np.sum((scores - scores.mean()) ** 2)) / norm)
-        share = float(scores.sum() ** 2 / norm / fit.normal.rss)
+    for lane, (wheelset, at, term) in enumerate((w, at, term) for at, w in PORTS for term in TERMS):
+        if not scores.is_distinguishable[lane]:
+            continue  # from the estimated parameters
+        score = scores.score_result(Candidate("spring", at, wheelset), 0, lane)
+        # the deviation counts in standard deviations of a normal variable, however few the blocks
+        difference, sd = score.amount, abs(score.amount / score.z) if score.z else np.inf
+        share = float(scores.rho[lane] ** 2)
         equation = "yaw" if at.endswith("yaw") else "lateral"
         unit = UNITS[at, term]
         coefficients.append(
@@ -117,8 +116,8 @@ def coefficient_responses(fit: Fit, target: FitSegment, duration: float) -> Floa
     """Weighted output per unit of each coefficient [16, channel, n]: the response to minus the motion as a force."""
     segment = target.segment
     motions = [f"{q}.{at}.{w}" for w in (1, 2) for at in ("wheelset", "wheelset_yaw") for q in ("z", "v")]
-    series, _ = target.motion_predictor(fit.model).simulate(motions)
-    by_wheelset: dict[int | None, FloatArray] = {1: series[0][:4], 2: series[0][4:]}  # y, y', psi, psi'
+    [series] = target.motion_predictor(fit.model).simulate(motions).converged()
+    by_wheelset: dict[int | None, FloatArray] = {1: series[:4], 2: series[4:]}  # y, y', psi, psi'
     rows, n = [], segment.samples
     weights = np.ones(len(segment.channels))
     for (_, w), response in impulse_responses(fit, target, PORTS, duration, weights).items():

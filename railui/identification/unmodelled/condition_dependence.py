@@ -16,6 +16,7 @@ from scipy import special
 from railui.arrays import FloatArray
 from railui.identification.context import Context
 from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.covariance import interval_factor
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, prepare_segments
@@ -87,6 +88,9 @@ def estimate_condition_dependence(context: Context, fit: Fit) -> ConditionDepend
     if len(here) < 2 or "" in here:
         return None
     comparison = _Comparison(context, labels, here)
+    if not comparison.validation:
+        context.progress.message("no dependence on conditions estimated: no validation run has one of theirs")
+        return None
     dependence = comparison.compare(fit.model)
     if dependence.separate_nrmse > (1.0 - context.campaign.min_relative_gain) * dependence.common_nrmse:
         return dependence
@@ -131,9 +135,12 @@ class _Comparison:
         level = context.settings.discrepancy.condition_level / len(paths)
         rows = []
         for path in paths:
-            estimates = [(f.x[i], f.sd[i]) for f in separate.values() for i in [f.free.paths.index(path)]]
-            values, sd = (tuple(map(float, column)) for column in zip(*estimates, strict=True))
-            p = homogeneity(np.array(values), np.array(sd))
+            index = [f.free.paths.index(path) for f in separate.values()]
+            estimates = [
+                (f.x[i], f.sd[i], f.degrees_of_freedom[i]) for f, i in zip(separate.values(), index, strict=True)
+            ]
+            values, sd, freedom = (tuple(map(float, column)) for column in zip(*estimates, strict=True))
+            p = homogeneity(np.array(values), np.array(sd) / interval_factor(np.array(freedom)), np.array(freedom))
             alone = self._error(self._fits(common, [path], segments))
             rows.append(ConditionParameter(path, values, sd, p, p < level, alone))
         rows.sort(key=lambda row: (not row.depends, row.alone_nrmse))
@@ -155,7 +162,7 @@ class _Comparison:
         """Select effects on the runs of the condition with the largest relative residual, stepwise."""
         segments = prepare_segments(self.context, model, self.context.dataset.estimation)
         fits = self._fits(model, self.context.campaign.estimated_parameters, segments)
-        reference = max(fits, key=lambda c: fits[c].normal.rss / fits[c].normal.samples)
+        reference = max(fits, key=lambda c: fits[c].normal.misfit_per_sample)
         dataset = self.context.dataset
         kept = tuple(s for s in dataset.segments if self.labels[s.run_index] == reference)
         roles = {s.role for s in kept}
@@ -168,14 +175,37 @@ class _Comparison:
         return StepwiseSelection(context).select_effects(before, validation).fit.model
 
 
-def homogeneity(values: FloatArray, sd: FloatArray) -> float:
-    """Probability that estimates [n] of one number differ as much by chance, from Cochran's Q.
+def homogeneity(values: FloatArray, sd: FloatArray, freedom: FloatArray) -> float:
+    """Probability that estimates [n] of one number differ as much by chance, from Welch's test.
 
-    Q = sum ((x_i - m)/sd_i)^2 about the weighted mean m is chi-square with n - 1 degrees of freedom.
+    Its statistic, the weighted squares about the weighted mean, follows an F distribution of which the second degrees
+    of freedom fall with those of the standard deviations. Cochran's Q, which takes these as known, would find the few
+    blocks of a short run different far too often.
 
-    >>> round(homogeneity(np.array([1.0, 1.1]), np.array([0.1, 0.1])), 2)
+    Parameters
+    ----------
+    values, sd
+        Estimates [n] and their standard deviations [n]; 1 is returned where one of these is zero.
+    freedom
+        Degrees of freedom [n] of the standard deviations.
+
+    References
+    ----------
+    Welch, Biometrika 38 (1951) 330.
+
+    Examples
+    --------
+    >>> round(homogeneity(np.array([1.0, 1.1]), np.array([0.1, 0.1]), np.array([1e9, 1e9])), 2)
     0.48
+    >>> round(homogeneity(np.array([0.0, 3.0]), np.array([1.0, 1.0]), np.array([4.0, 4.0])), 3)  # Welch's t test
+    0.067
     """
-    weights = 1.0 / np.maximum(sd, 1e-300) ** 2
-    mean = np.sum(weights * values) / np.sum(weights)
-    return float(special.chdtrc(len(values) - 1, np.sum(weights * (values - mean) ** 2)))
+    n = len(values)
+    if not np.all(sd > 0.0):
+        return 1.0
+    weights = (sd.min() / sd) ** 2
+    share = weights / np.sum(weights)
+    spread = np.sum(weights * (values - np.sum(share * values)) ** 2) / sd.min() ** 2 / (n - 1)
+    loss = np.sum((1.0 - share) ** 2 / freedom)
+    statistic = spread / (1.0 + 2.0 * (n - 2) / (n**2 - 1) * loss)
+    return float(special.fdtrc(n - 1, (n**2 - 1) / (3.0 * loss), statistic))

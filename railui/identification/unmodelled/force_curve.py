@@ -119,7 +119,7 @@ def _usual_locations(model: Model) -> list[tuple[str, Numbers]]:
 def _motion(fit: Fit, ports: Sequence[tuple[str, int]]) -> dict[str, list[FloatArray]]:
     """Displacement and velocity of each port on every segment, by channel."""
     channels = list(dict.fromkeys(f"{against}.{at}.{w}" for at, w in ports for against in ("z", "v")))
-    series = [t.motion_predictor(fit.model).simulate(channels).series[0] for t in fit.segments]
+    series = [t.motion_predictor(fit.model).simulate(channels).converged()[0] for t in fit.segments]
     return {channel: [x[i] for x in series] for i, channel in enumerate(channels)}
 
 
@@ -184,11 +184,8 @@ def _curve_sensitivities(fit: Fit, location: CurveLocation, target: FitSegment) 
         for i in [n, *range(n)]
     ]
     placement = core.Placement("measured_force", location.at, location.wheelset, len(rows[0]), location.against)
-    try:
-        vehicles = fit.model.vehicles(target.segment.coach_forces, [placement])
-        model = fit.model.on_segment(*target.segment.segment_key)
-        batch = model.batch(np.tile(model.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
-        series, diverged = target.for_differences.predictor(fit.model).simulate(batch=batch, vehicles=vehicles)
-    except SimulationError:
-        return None
+    vehicles = fit.model.vehicles(target.segment.coach_forces, [placement])
+    model = fit.model.on_segment(*target.segment.segment_key)
+    batch = model.batch(np.tile(model.row, (n + 1, 1)), np.array(rows), np.ones((n + 1, 1)))
+    series, diverged = target.for_differences.predictor(fit.model).simulate(batch=batch, vehicles=vehicles)
     return None if np.any(diverged >= 0) else target.without_initial_state((series[1:] - series[0]) / unit)

@@ -19,6 +19,7 @@ from railui.identification.prediction import SimulationError
 from railui.identification.structure.couplings import Coupling, find_couplings
 from railui.identification.structure.drift import Drift, find_drifts, refine_drift, validate_drift
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
+from railui.identification.structure.locations import location_of_number
 from railui.identification.structure.refit import worthwhile_misfit
 from railui.identification.unmodelled.evidence import (
     NO_EVIDENCE,
@@ -132,9 +133,9 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     forces = locate_forces(context, fit)
     locating = [f for f in forces if f.can_locate(settings)]
     origin = locating[0] if locating else None
-    if origin is None:
+    if origin is None and any(len(t.measured) == 1 for t in fit.segments):
         progress.message("  a single channel was measured: forces at any location can explain its residual")
-    else:
+    elif origin is not None:
         progress.message(
             f"  residual resembles forces at {origin.at} {origin.wheelset or ''}: "
             f"share {origin.share:.2f} +/- {origin.standard_error:.2f}"
@@ -174,7 +175,7 @@ def _best_curve(context: Context, fit: Fit, origin: ForceLocation | None) -> _Fi
     settings = context.settings.discrepancy
     background = context.in_background(context.jobs)
     optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=1.0, stable=False)
-    bases = [optimiser.sensitivities(t, fit.x)[0] for t in fit.segments]
+    bases = [optimiser.sensitivities(t, fit.x).converged() for t in fit.segments]
 
     def explained(spot: CurveLocation) -> tuple[float, FloatArray, CurveLocation]:
         return (*explained_by_curve(settings, fit, bases, spot), spot)
@@ -220,7 +221,7 @@ def _curve_discrepancy(curve: _FittedCurve, at: str, wheelset: int | None, share
 
 def is_conclusive(context: Context, variation: Discrepancy | None) -> bool:
     """True if a variation along the track explains so much that no gain on the validation runs is required."""
-    least = context.settings.discrepancy.conclusive_drift_share
+    least = context.campaign.min_gain
     return variation is not None and variation.drift is not None and variation.explained_share >= least
 
 
@@ -309,14 +310,15 @@ def find_run_dependence(
 def location_of(path: str, ratios: Mapping[str, float], model: Model) -> tuple[str, int | None]:
     """Return location and wheelset of a parameter of the vehicle, or of an added effect."""
     group, name, *keys = path.split(".")
-    if group == "vehicle" and name in ("elements", "bodies"):
-        name, *keys = keys
+    structure = model.design.structure
     if group == "effects":
         effect = model.design.effects[int(name)]
         return effect.at, effect.wheelset
     if group == "contact":
         is_single = len(ratios) == 1 and name in ("leading", "trailing")
         return "contact", ("leading", "trailing").index(name) + 1 if is_single else None
+    if structure is not None:
+        return location_of_number(structure, path), None
     is_yaw = keys and keys[0] in ("longitudinal_stiffness", "yaw_stiffness", "yaw_damping")
     return f"{name}_{'yaw' if is_yaw else 'lateral'}", None
 

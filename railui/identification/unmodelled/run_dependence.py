@@ -26,7 +26,7 @@ from railui.identification.estimation.validation import Validation, validate_eac
 from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.drift import parameter_groups
-from railui.identification.structure.evidence import ScoreResult, family_wise_test
+from railui.identification.structure.evidence import LONELY, ScoreResult, family_wise_test
 from railui.identification.structure.projection import Projector
 
 REFINEMENT_GRID = np.linspace(0.2, 3.2, core.LANES)  # multiples of the linear estimate of a change
@@ -209,7 +209,10 @@ class _RunScores:
         return direction
 
     def estimate_values(self, ratios: Mapping[str, float]) -> dict[int, tuple[float, float]]:
-        """Estimate the value of each validation run and its standard deviation from blocks; the others stay."""
+        """Estimate the value of each validation run, all other parameters as calibrated, and its standard deviation.
+
+        The standard deviation is that of leave-one-out residuals of blocks; infinite with a single one.
+        """
         c = self._direction(ratios)
         j = self.paths.index(next(iter(ratios)))
         estimates = {}
@@ -220,8 +223,9 @@ class _RunScores:
                 [g for t, g in zip(self.segments, self.grams, strict=True) if t.segment.run_index == run]
             )
             score, norm = gram[:, 0] @ c, np.einsum("p,bpq,q->b", c, gram, c)
-            change = score.sum() / norm.sum()
-            sd = float(np.linalg.norm(score - change * norm) / norm.sum())
+            change, leverage = score.sum() / norm.sum(), norm / norm.sum()
+            left_out = (score - change * norm) / np.maximum(1.0 - leverage, LONELY)  # HC3, as for a score
+            sd = float(np.linalg.norm(left_out) / norm.sum()) if len(norm) > 1 else np.inf
             value = self.x[j] + self._refine_change(segments, c[1:], change)
             estimates[run] = (float(np.clip(value, low, high)), sd)
         return estimates

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read_dataset
 from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.context import create_context
+from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.identifiability import (
     DETERMINED,
@@ -28,6 +32,7 @@ from railui.identification.unmodelled.coefficients import PORTS, TERMS, coeffici
 from railui.identification.unmodelled.locate import find_variation_along_track, locate_discrepancy
 from tests.blind.simulated import calibrated, simulated_campaign
 
+DESIGNS = Path(__file__).parents[3] / "designs"
 CONICITY = "contact.leading.conicity"
 
 
@@ -67,6 +72,16 @@ def test_the_profile_of_a_determined_parameter_is_a_parabola():
     assert result.low is not None and result.high is not None
     assert result.low < fit.x[j] < result.high
     assert result.high - result.low == pytest.approx(2 * 1.645 * fit.sd[j], rel=0.25)  # 90 % of a normal distribution
+
+
+def test_the_profile_of_an_estimate_far_from_its_prior_is_a_parabola():
+    context = create_context(read_dataset(load_campaign(DESIGNS / "campaigns" / "worn_axle_box")), jobs=2)
+    fit, path = calibrate(context), "contact.trailing.roll"
+    j = fit.free.paths.index(path)
+    assert abs(fit.x[j] - fit.free.prior[j]) > 3.0 * fit.free.prior_sd[j]
+    result = profile_likelihood(context, fit, path)
+    np.testing.assert_allclose(result.deviance, ((result.values - fit.x[j]) / fit.sd[j]) ** 2, rtol=0.5, atol=0.3)
+    assert result.low is None and result.high == pytest.approx(fit.x[j] + 1.645 * fit.sd[j], rel=0.05)  # from its bound
 
 
 def test_the_sensitivity_of_a_coefficient_agrees_with_the_kernel():

@@ -18,6 +18,7 @@ from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.covariance import block_covariance, t_factors
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.identifiability import profile_likelihood
 from railui.identification.estimation.initial_state import state_on_rails
 from railui.identification.estimation.problem import FitSegment
@@ -110,7 +111,20 @@ def test_no_stated_track_noise_gives_no_bias(tmp_path):
     context, fit = fitted(noisy_track(), tmp_path)
     exact = {c: sd for c, sd in context.noise.items() if c not in TRACK}
     context = replace(context, dataset=replace(context.dataset, noise=exact))
-    assert not track_noise_scores(context, fit, None).any()
+    assert not track_noise_scores(context, fit, None).mean.any()
+
+
+def test_the_error_of_the_bias_falls_with_the_root_of_the_number_of_draws(tmp_path):
+    context, fit = fitted(noisy_track(), tmp_path)
+    errors = []
+    for draws in (4, 16):
+        calibration = replace(context.settings.calibration, bias_draws=draws)
+        settled = replace(context, settings=replace(context.settings, calibration=calibration))
+        optimiser = GaussNewton(settled, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+        scores = track_noise_scores(settled, fit, optimiser)
+        assert np.allclose(scores.deviations.sum(axis=0), 0.0, atol=1e-9 * np.abs(scores.deviations).max())
+        errors.append(np.sqrt(np.sum(scores.deviations**2, axis=0)))
+    assert 0.3 < np.median(errors[1] / errors[0]) < 0.8
 
 
 def test_a_vehicle_on_its_rails_has_the_initial_state_that_is_expected() -> None:

@@ -11,6 +11,7 @@ from railui.campaign.noise.model import ColumnNoise, NoiseModel
 from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.identification.estimation.noise_floor import _interval, estimate_noise_floor, noise_weights
 from railui.progress import Progress
+from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 from tests.blind.simulated import simulated_campaign
 from tests.blind.true_floor import true_noise_floor
@@ -39,6 +40,16 @@ def test_a_model_that_diverges_has_no_noise_floor() -> None:
     floor = estimate_noise_floor(context, hunting, context.dataset.selection, 3)
     assert np.isnan(floor.nrmse) and all(np.isnan(x) for x in floor.channels.values())
     assert lines.texts == ["the model diverges in 3 of 3 realisations of the noise"]
+
+
+def test_a_model_that_is_too_stiff_has_no_noise_floor() -> None:
+    case = simulated_campaign()
+    lines = Lines()
+    context = replace(case.context, progress=lines)
+    stiff = case.context.nominal.with_effect(PlacedEffect("spring", "primary_lateral", None, {"stiffness": 1e13}))
+    floor = estimate_noise_floor(context, stiff, context.dataset.selection, 2)
+    assert np.isnan(floor.nrmse)
+    assert lines.texts[0].startswith("no noise floor on run_b") and "steps" in lines.texts[0]
 
 
 def test_its_channels_are_weighted_by_noise_of_the_sensors() -> None:

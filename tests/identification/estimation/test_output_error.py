@@ -10,6 +10,7 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
+from railui.campaign.segment import Segment
 from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import create_context
 from railui.identification.estimation import parallel_models
@@ -19,8 +20,11 @@ from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.identifiability import parameter_flags
 from railui.identification.estimation.noise_floor import estimate_noise_floor, noise_weights
 from railui.identification.estimation.output_error import continue_fit, fit_output_error
+from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.validation import validate
+from railui.identification.events import FitIteration
 from railui.identification.prediction import DivergedError
+from railui.progress import Progress
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
 from tests.blind.simulated import calibrated, simulated_campaign
@@ -33,6 +37,18 @@ FREE_PLAY = "free_play at=primary_lateral half_width=4e-4"
 
 def worst_decay(model: Model, speeds: set[float]) -> float:
     return max(float(model.eigenvalues(v)[0, 0].real) for v in speeds)
+
+
+class Events(Progress):
+    """Events of a fit."""
+
+    def __init__(self) -> None:
+        self.events: list[FitIteration] = []
+
+    def event(self, event: object) -> None:
+        """Collect an event."""
+        assert isinstance(event, FitIteration)
+        self.events.append(event)
 
 
 def optimiser_of(fit) -> GaussNewton:
@@ -54,6 +70,34 @@ def test_every_run_of_a_campaign_has_its_own_noise():
 def test_the_calibrated_model_is_as_accurate_as_the_true_parameters():
     case, fit = simulated_campaign(), calibrated()
     assert validate(case.context, fit.model, case.dataset.validation).nrmse == pytest.approx(case.true_error, rel=0.02)
+
+
+def test_runs_may_measure_different_channels():
+    context, fit = simulated_campaign().context, calibrated()
+    first, second = context.dataset.segments
+    few, more = ([c for c in first.channels if c not in without] for without in (("rf",), ("d1", "e1")))
+    assert len(few) != len(more)
+
+    def only(segment: Segment, names: list[str]) -> Segment:
+        own = {k: x for k, x in segment.columns.items() if k not in segment.channels or k in names}
+        return replace(segment, columns=own, role="adjust", tables={})
+
+    prepared = prepare_segments(context, fit.model, [only(first, few), only(second, more)])
+    lines = Events()
+    quiet = replace(context, progress=lines)
+    optimiser = GaussNewton(quiet, fit.model, fit.free, prepared, block=fit.block, stable=False)
+    normal = optimiser.linearise(fit.x)
+    assert set(optimiser.channels) == set(few) | set(more) and normal.gram.shape[1] == len(optimiser.channels)
+    alone = [
+        GaussNewton(quiet, fit.model, fit.free, [t], block=fit.block, stable=False).linearise(fit.x) for t in prepared
+    ]
+    assert normal.total == pytest.approx(alone[0].total + alone[1].total, rel=1e-12)
+    optimiser.fit(fit.x, tolerance=1e-3, max_iterations=0, normal=normal)
+    [event] = lines.events
+    rf = optimiser.channels.index("rf")
+    i = more.index("rf")
+    expected = np.sqrt(normal.gram[:, rf, 0, 0].sum() / np.sum(prepared[1].measured[i] ** 2))
+    assert event.channels["rf"] == pytest.approx(expected)
 
 
 def test_the_noise_floor_is_the_error_of_the_true_parameters():

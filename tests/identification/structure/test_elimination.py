@@ -47,7 +47,7 @@ def test_an_effect_with_own_states_is_removed_for_a_trial() -> None:
 
 
 def stage_of(rss: float, nrmse: float) -> Stage:
-    fit = SimpleNamespace(normal=SimpleNamespace(rss=rss, samples=100))
+    fit = SimpleNamespace(normal=SimpleNamespace(misfit_per_sample=rss / 100))
     return Stage(cast(Fit, fit), Validation({}, nrmse, (), ()))
 
 

@@ -49,6 +49,13 @@ def context(tmp_path_factory: pytest.TempPathFactory) -> Context:
     return simulated(tmp_path_factory.mktemp("exchange"), STOP, FRICTION)
 
 
+def test_a_law_that_two_steps_tried_is_compared_once(context: Context) -> None:
+    _, steps = steps_of(context, SPRING, STOP)
+    of_stop = steps[1].refits[1]
+    steps[0] = replace(steps[0], refits=(*steps[0].refits, replace(of_stop)))
+    assert [r.candidate for r in alternatives(context, steps, 0)] == [of_stop.candidate]
+
+
 def test_a_spring_gives_way_to_the_stop_that_a_later_step_tried_at_its_place(context: Context) -> None:
     fit, steps = steps_of(context, SPRING, STOP)
     alone = steps[0].refits

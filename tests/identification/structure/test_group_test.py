@@ -15,6 +15,7 @@ from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.prediction import Predictor
 from railui.identification.structure.freed_groups import free_groups
 from railui.identification.structure.group_test import compare_group_members
@@ -104,6 +105,13 @@ def test_freed_members_take_their_true_values() -> None:
         j = freed.fit.free.paths.index(f"{path}.{number}")
         assert abs(freed.fit.x[j] - factor * declared) < 4 * freed.fit.sd[j]
         assert freed.fit.sd[j] < 0.05 * declared
+
+
+def test_a_single_group_that_differs_is_found() -> None:
+    path = PATHS[1]
+    context, fit = fitted((f"{path}.2", 0.7))
+    alone = fit_output_error(context, fit.model, [path], segments=fit.segments)
+    assert [(g.path, g.is_heterogeneous) for g in compare_group_members(context, alone)] == [(path, True)]
 
 
 def test_a_bogie_has_no_groups() -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from railui import core
 from railui.identification.structure.equivalent_inputs import FORCE_LOCATIONS, force_locations
 from railui.identification.structure.locations import (
@@ -11,6 +13,7 @@ from railui.identification.structure.locations import (
     distinct_locations,
     estimated_elements,
     joint_key,
+    location_of_number,
 )
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
@@ -18,6 +21,13 @@ from railui.vehicle.model import Model
 DESIGNS = Path(__file__).parents[3] / "designs"
 COACH = Model(load_design(DESIGNS / "manchester_coach.yaml"))
 BOGIE = Model(load_design(DESIGNS / "test_bogie.yaml"))
+EXPECTED_LOCATIONS = {
+    "elements.yaw_damper.damping": "yaw_damper_yaw",  # its direction is longitudinal
+    "elements.primary.lateral_stiffness": "primary_lateral",
+    "elements.primary.longitudinal_stiffness": "primary_yaw",
+    "bodies.frame.mass": "frame",
+    "bodies.frame.yaw_inertia": "frame_yaw",
+}
 
 
 def test_elements_between_the_same_bodies_are_one_location() -> None:
@@ -47,6 +57,22 @@ def test_forces_are_compared_at_joints_wheelsets_and_bodies() -> None:
     assert len(found["contact", None]) == 8 and len(found["contact", 3]) == 2
     assert found["body", None] == (("body", None),) and ("frame", 2) in found
     assert force_locations(BOGIE) == FORCE_LOCATIONS
+
+
+@pytest.mark.parametrize("name", ["bogie_under_coach", "manchester_coach", "cooperrider"])
+def test_every_estimated_number_of_a_vehicle_has_a_location_of_it(name: str) -> None:
+    model = Model(load_design(DESIGNS / f"{name}.yaml"))
+    structure = model.design.structure
+    assert structure is not None
+    paths = [p for p in model.design.values if p.startswith(("vehicle.elements", "vehicle.bodies"))]
+    assert paths and {location_of_number(structure, p) for p in paths} <= set(structure.effect_locations)
+
+
+def test_a_number_is_located_in_its_direction() -> None:
+    structure = Model(load_design(DESIGNS / "bogie_under_coach.yaml")).design.structure
+    assert structure is not None
+    at = {path: location_of_number(structure, f"vehicle.{path}") for path in EXPECTED_LOCATIONS}
+    assert at == EXPECTED_LOCATIONS
 
 
 def test_the_elements_of_one_joint_share_its_key() -> None:

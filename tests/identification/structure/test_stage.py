@@ -28,7 +28,7 @@ def made(rss: float, nrmse: float, scatter: float = 0.0) -> Stage:
     """A stage with a misfit of a hundred samples and blocks of squared error that alternate by a share."""
     signs = np.where(np.arange(BLOCKS) % 2, 1.0, -1.0)
     blocks = nrmse**2 / BLOCKS * (1.0 + scatter * signs)
-    fit = SimpleNamespace(normal=SimpleNamespace(rss=rss, samples=100))
+    fit = SimpleNamespace(normal=SimpleNamespace(misfit_per_sample=rss / 100))
     return Stage(cast(Fit, fit), Validation({}, nrmse, (), (), blocks))
 
 

@@ -83,7 +83,9 @@ def test_runners_up_that_are_fitted_at_once_have_one_thread_each(monkeypatch, co
 def effects_fit(rss: float, *effects: tuple[str, str, int | None]) -> SimpleNamespace:
     placed = tuple(SimpleNamespace(kind=kind, at=at, wheelset=number) for kind, at, number in effects)
     return SimpleNamespace(
-        normal=SimpleNamespace(rss=rss, samples=10), model=SimpleNamespace(effects=placed), x=np.ones(3)
+        normal=SimpleNamespace(rss=rss, samples=10, misfit_per_sample=rss / 10),
+        model=SimpleNamespace(effects=placed),
+        x=np.ones(3),
     )
 
 

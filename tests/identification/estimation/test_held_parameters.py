@@ -1,0 +1,70 @@
+"""Spread of estimates over a parameter that a prior determines, against the combination that the data determine."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from railui.identification.context import Context
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.held_parameters import (
+    REACH,
+    _estimates_along,
+    held_parameters,
+    with_spread_of_held_parameters,
+)
+from tests.blind.simulated import simulated_campaign
+
+SPIN = "contact.spin_creep"
+GRAVITATIONAL = "contact.leading.gravitational_stiffness"
+
+
+@cache
+def calibrated() -> tuple[Context, Fit]:
+    context = simulated_campaign().context
+    return context, calibrate(context)
+
+
+def gravitational_stiffness(fit: Fit, spin: float) -> float:
+    """Gravitational stiffness that leaves the lateral stiffness of (3.9) as it is, at another spin creep.
+
+    2 N {epsilon - kappa_s (epsilon - sigma)/r}/b is what the lateral motion determines.
+    """
+    value = dict(zip(fit.free.paths, fit.x, strict=True))
+    r = fit.model.value("vehicle.geometry.rolling_radius")
+    epsilon, sigma = value[GRAVITATIONAL], value["contact.leading.roll"]
+    stiffness = epsilon - value[SPIN] * (epsilon - sigma) / r
+    return float((stiffness - spin * sigma / r) / (1.0 - spin / r))
+
+
+def test_the_spin_creep_is_held_by_its_prior():
+    context, fit = calibrated()
+    assert [fit.free.paths[j] for j in held_parameters(fit, context.settings.identifiability)] == [SPIN]
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_the_gravitational_stiffness_follows_the_spin_creep_as_the_equation_of_motion_says(side: float):
+    context, fit = calibrated()
+    j, i = fit.free.paths.index(SPIN), fit.free.paths.index(GRAVITATIONAL)
+    reach = side * REACH * fit.sd[j]
+    change = _estimates_along(context, fit, j, side * REACH)
+    assert change is not None
+    assert change[j] == pytest.approx(reach)
+    expected = gravitational_stiffness(fit, fit.x[j] + reach) - fit.x[i]
+    linear = reach * fit.covariance[i, j] / fit.covariance[j, j]
+    assert abs(change[i] - expected) < 0.25 * abs(linear - expected)
+
+
+def test_the_spread_is_the_second_moment_over_the_width_of_the_prior():
+    context, fit = calibrated()
+    wide = with_spread_of_held_parameters(context, fit)
+    j, i = fit.free.paths.index(SPIN), fit.free.paths.index(GRAVITATIONAL)
+    ends = [gravitational_stiffness(fit, fit.x[j] + side * REACH * fit.sd[j]) - fit.x[i] for side in (-1.0, 1.0)]
+    moment = sum(change**2 for change in ends) / 6.0  # three-point Gauss-Hermite quadrature
+    alone = fit.covariance[i, i] - fit.covariance[i, j] ** 2 / fit.covariance[j, j]
+    assert wide.sd[i] == pytest.approx(np.sqrt(alone + moment), rel=0.15)
+    assert wide.sd[i] > 1.1 * fit.sd[i]
+    assert wide.sd[j] == pytest.approx(fit.sd[j])
