@@ -249,6 +249,8 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
     discrepancy = None
     if not freed_members_lower_error(context, selection.freed, selection.validation, floor):
         discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
+    if discrepancy is not None and base.is_failed:
+        discrepancy = discrepancy.without_calibration()
     is_out_of_time = context.is_out_of_time
     with_noise = None
     if discrepancy is not None and may_be_track_noise(context, discrepancy):

@@ -106,6 +106,14 @@ class Discrepancy:
         found += [(o.at, o.wheelset, LocationEvidence(o.share, o.standard_error)) for o in self.rivals]
         return found if len({joint_of(at) for at, _, _ in found}) <= settings.max_locations else []
 
+    def without_calibration(self) -> Discrepancy:
+        """Return the discrepancy of a model whose calibration failed: located only where it follows a law.
+
+        The errors of its parameters are in the residual, and act wherever the parameters do.
+        """
+        follows_law = self.drift is not None or self.coupling is not None or self.run_dependence is not None
+        return self if follows_law or self.lowers_error else replace(self, evidence=NO_EVIDENCE, rivals=())
+
     def validate(self, context: Context, segments: Sequence[Segment]) -> Validation:
         """Validate the model with the discrepancy on segments."""
         if self.drift is not None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from railui.campaign.campaign import load_campaign
@@ -13,6 +15,7 @@ from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
 from railui.identification.unmodelled.discrepancy import _is_force_on_vehicle
 from railui.identification.unmodelled.evidence import LocationEvidence
+from railui.identification.unmodelled.locate import Discrepancy
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import effect
 
@@ -56,3 +59,11 @@ def test_only_a_force_away_from_the_contact_is_no_noise_of_the_track(locations, 
         locations=lambda settings: [(at, None, evidence) for at in locations],
     )
     assert _is_force_on_vehicle(SimpleNamespace(settings=LoopSettings()), discrepancy) is is_on_vehicle
+
+
+@pytest.mark.parametrize(("law", "is_located"), [({}, False), ({"drift": True}, True), ({"lowers_error": True}, True)])
+def test_forces_locate_nothing_where_the_calibration_failed(law: dict[str, Any], is_located: bool) -> None:
+    none, settings = cast(Any, None), LoopSettings().verdict
+    numbers = (np.zeros(2), np.zeros(2), np.zeros(2), "m", "N", 0.7, none, none)
+    found = Discrepancy("frame", None, "z", *numbers, evidence=LocationEvidence(0.7, 0.03), **law)
+    assert found.is_located(settings) and found.without_calibration().is_located(settings) is is_located
