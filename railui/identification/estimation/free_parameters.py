@@ -203,12 +203,10 @@ def _curve_size(model: Model, path: str) -> float:
 
 def _catalogue_bounds(model: Model, path: str) -> tuple[float, float]:
     group, number, key = path.split(".", 2)
-    if is_curve_point(path):
-        effect, key = model.design.effects[int(number)], key.split(".")[0]
-        p = next(p for p in core.effect_record(effect.kind)["parameters"] if p["key"] == key)
-        return float(p["minimum"]), float(p["maximum"])
-    if group == "sensors":
-        p = next(p for p in core.effect_record(model.sensors[int(number)].kind)["parameters"] if p["key"] == key)
+    if group == "sensors" or is_curve_point(path):
+        placed = (model.sensors if group == "sensors" else model.design.effects)[int(number)]
+        name = key.split(".")[0]
+        p = next(p for p in core.effect_record(placed.kind)["parameters"] if p["key"] == name)
         return float(p["minimum"]), float(p["maximum"])
     parameter = model.design.parameter(path)
     return parameter.minimum, parameter.maximum
