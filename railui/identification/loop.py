@@ -281,13 +281,13 @@ def _final_fit(
     floor: noise floor on the runs that select effects.
     is_cut: the time budget is spent, and the last step of the estimation is left out.
     """
-    if discrepancy is None and not is_cut:
-        context = with_level_of_residual(context, selection.fit.model, selection.validation, floor)
     if discrepancy is not None and discrepancy.lowers_error and not selection.has_effects:
         return discrepancy.fit
-    if (discrepancy is None or discrepancy.fit is not selection.fit) and not base.is_failed and not is_cut:
-        return final_estimates(context, selection.fit, selection.validation)
-    return selection.fit
+    if (discrepancy is not None and discrepancy.fit is selection.fit) or base.is_failed or is_cut:
+        return selection.fit
+    if discrepancy is None:
+        context = with_level_of_residual(context, selection.fit.model, selection.validation, floor)
+    return final_estimates(context, selection.fit, selection.validation)
 
 
 def final_estimates(context: Context, fit: Fit, validation: Validation) -> Fit:
@@ -336,11 +336,12 @@ def calibrate_only(
     context = create_context(dataset, seed=seed, jobs=jobs, progress=progress)
     findings = report_data_checks(context)
     context = with_phases(context)
+    nominal = validate(context, context.nominal, dataset.selection)
     if method == METHODS[0]:
-        before = with_spread_of_held_parameters(context, with_unbiased_estimates(context, calibrate(context)))
+        base = _with_final_estimates(context, _calibrated_base(context, nominal))
     else:
-        start = with_stable_start(context, dataset.estimation)
-        before = two_parallel_models(context, start, prepare_segments(context, start, dataset.estimation))
+        base = _base_of_parallel_models(context, nominal)
+    before = base.fit
     validations = _final_validations(context, before, before, None)
     floor = estimate_noise_floor(context, before.model, dataset.validation)
     step = SelectionStep(NO_SCORE_TEST, (), None)
@@ -360,7 +361,25 @@ def calibrate_only(
         remainder=remainder,
         test=test,
         discrepancy=None,
+        windowed=base.windowed,
         seconds=seconds,
         findings=findings,
-        is_failed_fit=is_worse_than_nominal(context, validations["declared"], validations["before"]),
+        is_failed_fit=base.is_failed,
     )
+
+
+def _with_final_estimates(context: Context, base: _Base) -> _Base:
+    """Take the last step of the estimation as a loop does that adds no effect."""
+    if base.is_failed:
+        return base
+    floor = estimate_noise_floor(context, base.fit.model, context.dataset.selection)
+    context = with_level_of_residual(context, base.fit.model, base.validation, floor)
+    return base._replace(fit=final_estimates(context, base.fit, base.validation))
+
+
+def _base_of_parallel_models(context: Context, nominal: Validation) -> _Base:
+    """Calibrate by Broersen's method."""
+    start = with_stable_start(context, context.dataset.estimation)
+    fit = two_parallel_models(context, start, prepare_segments(context, start, context.dataset.estimation))
+    validation = validate(context, fit.model, context.dataset.selection)
+    return _Base(fit, validation, None, is_worse_than_nominal(context, nominal, validation))

@@ -15,7 +15,7 @@ from scipy import signal
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
-from railui.identification.loop import close_loop
+from railui.identification.loop import calibrate_only, close_loop
 from railui.identification.result import LoopResult
 from railui.report.loop.data import loop_report
 from railui.report.loop.files import write_simulated
@@ -190,6 +190,12 @@ def test_without_an_unmodelled_effect_none_is_reported():
     assert report["after"] == {k: report["before"][k] for k in ("nrmse", "channels")}
     assert report["after"]["nrmse"] < 1.02 * case.true_error
     assert {r["kind"] for r in report["detectable"]} >= {"free_play", "dry_friction"}
+
+
+def test_a_calibration_alone_has_the_estimates_of_a_loop_that_adds_nothing():
+    dataset = simulated_campaign().dataset
+    alone, loop = (calibrate_only(dataset, jobs=2).after, close_loop(dataset, jobs=2).after)
+    assert np.array_equal(alone.x, loop.x) and np.array_equal(alone.covariance, loop.covariance)
 
 
 @pytest.mark.slow
