@@ -5,7 +5,6 @@ from railui.identification.events import FitIteration as FitIteration
 from railui.identification.events import ModelValidated as ModelValidated
 from railui.identification.events import ScoreTestProgress as ScoreTestProgress
 from railui.identification.structure.evidence import ScoreResult as ScoreResult
-from railui.identification.structure.evidence import signed_rho as signed_rho
 from railui.identification.structure.refit import Refit as Refit
 from railui.identification.structure.score_test import ScoreTestResult as ScoreTestResult
 from railui.optimisation.search import SearchState as SearchState

@@ -100,7 +100,7 @@ def _gauss_newton(
     context: Context, model: Model, free: FreeParameters, target: FitSegment, x: FloatArray
 ) -> tuple[FloatArray, FloatArray, FitSegment]:
     """Estimate x [p]; return it with residual and sensitivities [1 + p, channel, n] and the prepared run."""
-    solver = GaussNewton(context, model, free, [target], block=1.0, stable=False)
+    solver = GaussNewton(context, model, free, [target])
     rows = _linearise(solver, x)
     share, count = context.settings.calibration.independent_sample_share, target.measured.size
     for _ in range(MAX_ITERATIONS):

@@ -17,8 +17,9 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.block_products import scaled_inverse
+from railui.identification.estimation.covariance import effective_freedom
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import from_normal
+from railui.identification.structure.evidence import MIN_SCORE_FREEDOM, from_normal
 from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.minimum_detectable import (
     POWER_QUANTILE,
@@ -36,7 +37,6 @@ MAX_DRAWS = 500  # of the largest score over the library under noise
 # effects of the size of a loop's limit were found, and 9 of 10 at three quarters of it
 LIMIT_SHARE = 0.75
 MAX_RIVALS = 3
-LEAST_FREEDOM = 1.0
 # cached properties that depend on the estimation runs alone, and on the validation run
 OF_ESTIMATION = ("gram", "absorbed", "parameter_sd", "scores", "critical_score")
 OF_VALIDATION = ("noise_floor", "predicted_gains", "amounts")
@@ -193,7 +193,7 @@ class Expectation:
         """Effective number [k] of blocks less one: an intermittent effect acts in few."""
         norms = np.concatenate([run.block_norms[:, self._rows(run)].sum(axis=1) for run in self._estimation])
         leverage = norms[:, self.parameters :] / np.maximum(norms[:, self.parameters :].sum(axis=0), 1e-300)
-        return np.asarray(np.maximum(1.0 / np.maximum(np.sum(leverage**2, axis=0), 1e-300) - 1.0, LEAST_FREEDOM))
+        return effective_freedom(leverage, MIN_SCORE_FREEDOM)
 
     @cached_property
     def critical_score(self) -> float:

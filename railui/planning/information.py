@@ -158,7 +158,7 @@ def run_information(job: RunJob) -> Result:
     context, target = job.context, job.target
     model = context.nominal
     free = free_parameters(context, model, context.campaign.estimated_parameters)
-    solver = GaussNewton(context, model, free, [target], block=job.seconds, stable=False)
+    solver = GaussNewton(context, model, free, [target])
     x = np.array([model.value(p) for p in free.paths])
     sensitivities, _ = solver.sensitivities(target, x)
     differences, valid = _differences(context, model, target, batch_candidates(job.candidates))

@@ -14,7 +14,7 @@ from railui.campaign.settings.planning import PlanningSettings
 from railui.identification.estimation.fit import Fit
 from railui.identification.result import LoopResult
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep
 from railui.planning.vuong import vuong_statistic
@@ -157,10 +157,13 @@ def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSett
     the effect, negative since the data prefer it, though by less than the search over the library explains.
     """
     found: list[RivalModel] = []
-    for s in sorted(scores, key=lambda s: -signed_rho(s)):
+    for s in sorted(scores, key=lambda s: -s.admissible_rho):
         c = s.candidate
         is_usable = (
-            c.strength is not None and not c.has_phase and signed_rho(s) > 0 and abs(s.z) > settings.weak_effect_score
+            c.strength is not None
+            and not c.has_phase
+            and s.admissible_rho > 0
+            and abs(s.z) > settings.weak_effect_score
         )
         if is_usable and len(found) < MAX_WEAK_EFFECTS:
             effect = c.effect_with(c.scale_force(c.shapes[s.shape], s.amount))

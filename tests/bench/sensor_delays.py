@@ -73,7 +73,7 @@ def delay_limits(result: Identified) -> dict[str, DelayLimits]:
     the track the NRMSE over all channels.
     """
     fit = result.fit
-    solver = GaussNewton(result.context, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    solver = GaussNewton.of_fit(result.context, fit)
     candidates = [Candidate("sensor_delay", c, None, ({"delay": SMALL_DELAY},)) for c in result.channels]
     linear = [solver.sensitivities(t, fit.x)[0][1:] for t in fit.segments]  # [p, channel, n]
     delayed = [_differences(result, k, candidates) for k in range(len(linear))]  # [channel, channel, n]

@@ -94,7 +94,7 @@ def test_noise_of_the_prescribed_motion_biases_the_estimates(tmp_path: Path) -> 
     dataset = read_dataset(load_campaign(campaign(tmp_path, {"0 A": 0.0})))
     context = create_context(replace(dataset, noise={"z": 1e-3, "F": 1.0}), jobs=1)
     fit = calibrate(context)
-    optimiser = GaussNewton(context, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    optimiser = GaussNewton.of_fit(context, fit)
     scores = dict(zip(fit.free.paths, track_noise_scores(context, fit, optimiser).mean, strict=True))
     assert scores["vehicle.rig.stiffness"] < 0.0
 

@@ -39,7 +39,7 @@ def test_the_products_of_the_parameters_are_the_normal_equations_of_a_fit() -> N
     model = context().nominal
     segments = prepare_segments(context(), model, context().dataset.estimation)
     free = free_parameters(context(), model, context().campaign.estimated_parameters)
-    solver = GaussNewton(context(), model, free, segments, block=1.0, stable=False)
+    solver = GaussNewton(context(), model, free, segments)
     normal = solver.linearise(np.array([model.value(p) for p in free.paths])).total[1:, 1:]
     p = len(free.paths)
     total = sum(run.gram.sum(axis=0)[:p, :p] for run in found.runs)

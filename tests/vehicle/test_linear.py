@@ -84,12 +84,12 @@ def test_a_trial_model_without_eigenvalues_is_not_allowed_in_a_fit():
     context, model, segments = campaign.context, campaign.nominal, campaign.dataset.estimation
     free = free_parameters(context, model, [MASS])
     prepared = prepare_segments(context, model, segments)
-    optimiser = GaussNewton(context, model, free, prepared, block=1.0, stable=True)
+    optimiser = GaussNewton(context, model, free, prepared, stable=True)
     x = np.array([[model.value(MASS)], [NEXT_TO_NOTHING]])
     costs = optimiser.misfit(x)
     assert np.isfinite(costs[0]) and costs[1] == np.inf and optimiser.constrained
     light = of_weightless_frame(model)
-    assert unstable_segments(light, segments, 0.0) == {(s.file, s.number) for s in segments}
+    assert unstable_segments(light, segments, 0.0) == {s.segment_key.name for s in segments}
 
 
 def test_a_search_counts_a_vehicle_without_eigenvalues_as_unstable():

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
-from railui.api.events import FitIteration, ScoreResult, ScoreTestProgress, signed_rho
+from railui.api.events import FitIteration, ScoreResult, ScoreTestProgress
 from railui.campaign.campaign import Campaign
 from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis
@@ -106,7 +106,7 @@ class LoopHistory:
         self.activity = f"score test: {100 * event.done // event.total} % of the candidates"
         for score in event.results:
             best = self.scores.get(score.candidate)
-            if best is None or signed_rho(score) > signed_rho(best):
+            if best is None or score.admissible_rho > best.admissible_rho:
                 self.scores[score.candidate] = score
         if event.done < event.total and time.monotonic() - self._last_redraw <= MIN_REDRAW_INTERVAL:
             return ""

@@ -7,7 +7,6 @@ from typing import Any, Final
 
 import numpy as np
 
-from railui.api.events import signed_rho
 from railui.desk.presenters.loop_history import LoopHistory, Ranking, candidate_text
 from railui.desk.presenters.loop_text import error_text, short_path
 from railui.desk.state.form_rows import symbol_text
@@ -97,7 +96,7 @@ def live_ranking_rows(ranking: Ranking, is_narrow: bool) -> list[Bar]:
     """Return a row per candidate of one score test in the order of its score."""
     best_rss = min(ranking.refits.values(), default=1.0)
     rows = []
-    for score in sorted(ranking.scores.values(), key=lambda s: -signed_rho(s))[:MAX_RANKING_ROWS]:
+    for score in sorted(ranking.scores.values(), key=lambda s: -s.admissible_rho)[:MAX_RANKING_ROWS]:
         rss = ranking.refits.get(score.candidate)
         text = f"{score.rho:+.3f}"
         if not is_narrow:
@@ -105,7 +104,7 @@ def live_ranking_rows(ranking: Ranking, is_narrow: bool) -> list[Bar]:
         rows.append(
             Bar(
                 candidate_text(score.candidate, is_narrow),
-                signed_rho(score),
+                score.admissible_rho,
                 text,
                 is_emphasised=rss is not None and rss <= best_rss,
                 role="current" if rss else "base",

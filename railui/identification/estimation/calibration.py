@@ -64,7 +64,7 @@ def _refit_from_short_windows(context: Context, before: Fit, start: Model) -> Fi
     """Fit a hunting vehicle that is out of step with the motion once more, from windows of two periods on."""
     context.progress.message("the model is out of step with the hunting: estimating on windows of growing length")
     windows = [t.segment for t in before.segments if t.is_window]
-    runs = list({(s.file, s.number): s.window_of or s for s in windows}.values())
+    runs = list({s.segment_key.name: s.window_of or s for s in windows}.values())
     quiet = context.in_background(context.jobs)
     paths, longest = before.free.paths, context.settings.windows.window_duration
     model, spent = lengthen_windows(quiet, start, paths, runs, longest)

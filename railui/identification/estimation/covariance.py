@@ -8,7 +8,7 @@ from scipy import linalg, special
 from railui.arrays import FloatArray
 
 MAX_LEVERAGE = 0.99  # of a block, in any direction of the parameters
-LEAST_FREEDOM = 4.0  # degrees of freedom of Student's t: that of a handful of blocks
+MIN_ESTIMATE_FREEDOM = 4.0  # degrees of freedom of Student's t: that of a handful of blocks
 TAIL = 0.95  # one end of a 90 % interval
 
 
@@ -34,12 +34,9 @@ def block_covariance(blocks: FloatArray, precision: FloatArray, variance: float)
     deviations are multiplied by the 95 % quantile of Student's t over that of the normal distribution, so that
     +/- 1.645 of them make a 90 % interval with few blocks, too.
     """
-    total = blocks.sum(axis=0)
-    a = total[1:, 1:] + np.diag(precision) * variance
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
-    inverse = linalg.pinvh(a * np.outer(scale, scale))
-    grams = blocks[:, 1:, 1:] * np.outer(scale, scale)
-    scores = _left_out_scores(grams, blocks[:, 1:, 0] * scale, a * np.outer(scale, scale))
+    scale, grams, a = _scaled_to_unit_diagonal(blocks, precision, variance)
+    inverse = np.asarray(linalg.pinvh(a), dtype=np.float64)
+    scores = _left_out_scores(grams, blocks[:, 1:, 0] * scale, a)
     estimates = np.sqrt(1.0 - 1.0 / max(len(blocks), 2)) * scores @ inverse * t_factors(grams, inverse)
     priors = inverse * scale * np.sqrt(precision) * variance
     return np.asarray((estimates.T @ estimates + priors @ priors.T) * np.outer(scale, scale))
@@ -47,10 +44,18 @@ def block_covariance(blocks: FloatArray, precision: FloatArray, variance: float)
 
 def block_degrees_of_freedom(blocks: FloatArray, precision: FloatArray, variance: float) -> FloatArray:
     """Degrees of freedom [p] of the standard deviations that `block_covariance` returns for the same products."""
+    _, grams, a = _scaled_to_unit_diagonal(blocks, precision, variance)
+    return degrees_of_freedom(grams, np.asarray(linalg.pinvh(a)))
+
+
+def _scaled_to_unit_diagonal(
+    blocks: FloatArray, precision: FloatArray, variance: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the scales [p] that make the diagonal of the normal matrix one, the scaled products, and the matrix."""
     a = blocks.sum(axis=0)[1:, 1:] + np.diag(precision) * variance
     scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
     unit = np.outer(scale, scale)
-    return degrees_of_freedom(blocks[:, 1:, 1:] * unit, linalg.pinvh(a * unit))
+    return scale, blocks[:, 1:, 1:] * unit, a * unit
 
 
 def _left_out_scores(grams: FloatArray, scores: FloatArray, a: FloatArray) -> FloatArray:
@@ -80,5 +85,13 @@ def degrees_of_freedom(grams: FloatArray, inverse: FloatArray) -> FloatArray:
     Source: Satterthwaite, Biometrics Bulletin 2 (1946) 110, with variances as the squared sensitivity of the blocks.
     """
     share = np.maximum(np.einsum("ij,bik,kj->bj", inverse, grams, inverse), 0.0)
-    share = share / np.maximum(share.sum(axis=0), 1e-300)
-    return np.asarray(np.maximum(1.0 / np.maximum(np.sum(share**2, axis=0), 1e-300) - 1.0, LEAST_FREEDOM))
+    return effective_freedom(share / np.maximum(share.sum(axis=0), 1e-300), MIN_ESTIMATE_FREEDOM)
+
+
+def effective_freedom(share: FloatArray, least: float) -> FloatArray:
+    """Effective number of blocks less one, from their shares [block, ...] in an estimate; no less than `least`.
+
+    >>> effective_freedom(np.full(8, 1 / 8), 1.0)  # equal blocks
+    array(7.)
+    """
+    return np.asarray(np.maximum(1.0 / np.maximum(np.sum(share**2, axis=0), 1e-300) - 1.0, least))

@@ -54,8 +54,8 @@ class GaussNewton:
         free: FreeParameters,
         segments: Sequence[FitSegment],
         *,
-        block: float,
-        stable: bool,
+        block: float = 1.0,
+        stable: bool = False,
     ) -> None:
         self.context = context
         self.settings = context.settings.calibration
@@ -73,6 +73,14 @@ class GaussNewton:
         self._simulated: dict[FitSegment, Simulation] = {}
         share = self.settings.independent_sample_share
         self.independent_samples = share * sum(t.measured.size for t in segments)
+
+    @classmethod
+    def of_fit(
+        cls, context: Context, fit: Fit, segments: Sequence[FitSegment] | None = None, *, stable: bool = False
+    ) -> GaussNewton:
+        """Optimiser of the model and the parameters of a fit, on its segments or on others."""
+        chosen = fit.segments if segments is None else segments
+        return cls(context, fit.model, fit.free, chosen, block=fit.block, stable=stable)
 
     def rows(self, x: FloatArray, segment: Segment | None = None) -> FloatArray:
         """Rows [n, row] of vehicles with the free parameters x [n, p], and their phases on a segment."""

@@ -54,9 +54,7 @@ def held_parameters(fit: Fit, settings: IdentifiabilitySettings) -> list[int]:
 
 def _estimates_along(context: Context, fit: Fit, j: int, reach: float) -> FloatArray | None:
     """Change [p] of all estimates where parameter j is so many standard deviations off; None where the fit fails."""
-    optimiser = GaussNewton(
-        context.in_background(context.jobs), fit.model, fit.free, fit.segments, block=fit.block, stable=False
-    )
+    optimiser = GaussNewton.of_fit(context.in_background(context.jobs), fit)
     center, free = fit.least_squares, ~fit.free.are_on_bound(fit.x)
     free[j] = False
     linear = reach * fit.covariance[j] / fit.sd[j]

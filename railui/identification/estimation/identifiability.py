@@ -167,7 +167,7 @@ def profile_likelihood(context: Context, fit: Fit, path: str) -> Profile:
         if value in values:
             continue
         model = fit.model.with_path_values([path], np.array([value]))
-        optimiser = GaussNewton(context, model, free, fit.segments, block=fit.block, stable=False)
+        optimiser = GaussNewton(context, model, free, fit.segments, block=fit.block)
         start = center[others] + ridge * (value - center[j])
         try:
             refit = optimiser.fit(start, tolerance=PROFILE_TOLERANCE, max_iterations=PROFILE_ITERATIONS)
@@ -185,7 +185,7 @@ def profile_likelihood(context: Context, fit: Fit, path: str) -> Profile:
 
 def _profile_scale(context: Context, fit: Fit, j: int) -> float:
     """Variance of a parameter in the cost function over its variance from blocks."""
-    optimiser = GaussNewton(context, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    optimiser = GaussNewton.of_fit(context, fit)
     a, _ = optimiser.equations(fit.normal, fit.x)
     unit = 1.0 / np.sqrt(np.diag(a))
     return float(float(np.linalg.inv(a * np.outer(unit, unit))[j, j]) * unit[j] ** 2 / fit.sd[j] ** 2)

@@ -51,7 +51,7 @@ def leave_one_run_out(context: Context, fit: Fit, validation_fit: Fit | None) ->
     channels = [tuple(t.segment.channels) for t in segments]
     if len(runs) < MIN_RUNS or len(set(channels)) > 1 or any("@" in p for p in fit.free.paths):
         return []
-    optimiser = GaussNewton(context.in_background(context.jobs), fit.model, fit.free, segments, block=1.0, stable=False)
+    optimiser = GaussNewton.of_fit(context.in_background(context.jobs), fit, segments)
     size, count = 1 + len(fit.x), len(channels[0])
     grams = {run: np.zeros((count, size, size)) for run in runs}
     power = {run: np.zeros(count) for run in runs}

@@ -19,8 +19,6 @@ from railui.vehicle.model import Model
 
 MAX_ROUNDS = 3  # of cutting further segments into windows
 
-SegmentKey = tuple[str, int]
-
 
 def max_growth_rate(model: Model, segment: Segment) -> float:
     """Growth rate [1/s] of the least damped small motion at the speeds of a segment; negative: it decays."""
@@ -28,19 +26,19 @@ def max_growth_rate(model: Model, segment: Segment) -> float:
     return max(on_segment.growth_rate(v) for v in segment.speeds)
 
 
-def unstable_segments(model: Model, segments: Sequence[Segment], limit: float) -> set[SegmentKey]:
-    """Select the segments on which small motions of the vehicle grow faster than the limit [1/s]."""
-    return {(s.file, s.number) for s in segments if max_growth_rate(model, s) > limit}
+def unstable_segments(model: Model, segments: Sequence[Segment], limit: float) -> set[str]:
+    """Names of the segments on which small motions of the vehicle grow faster than the limit [1/s]."""
+    return {s.segment_key.name for s in segments if max_growth_rate(model, s) > limit}
 
 
-def cut_into_windows(segments: Sequence[Segment], cut: Collection[SegmentKey], duration: float) -> list[Segment]:
-    """Replace the segments of some keys by windows of so many seconds, and free motions by one window each.
+def cut_into_windows(segments: Sequence[Segment], cut: Collection[str], duration: float) -> list[Segment]:
+    """Replace the segments of some names by windows of so many seconds, and free motions by one window each.
 
     A free motion is nothing but its initial state, which has to be estimated together with the parameters.
     """
 
     def windows(segment: Segment) -> list[Segment]:
-        if (segment.file, segment.number) in cut:
+        if segment.segment_key.name in cut:
             return segment.windows(duration)
         return segment.windows(segment.samples * segment.dt) if segment.is_free else [segment]
 
@@ -83,7 +81,7 @@ def refit_hunting(context: Context, before: Fit) -> tuple[Fit, Fit | None]:
         return before, None
 
 
-def _refit_on_windows(context: Context, before: Fit, cut: set[SegmentKey]) -> tuple[Fit, Fit | None]:
+def _refit_on_windows(context: Context, before: Fit, cut: set[str]) -> tuple[Fit, Fit | None]:
     segments, paths = context.dataset.estimation, context.campaign.estimated_parameters
     limit, duration = context.settings.calibration.max_growth_rate, context.settings.windows.window_duration
     fit, spent = _fit_windows(context, cut)
@@ -99,16 +97,16 @@ def _refit_on_windows(context: Context, before: Fit, cut: set[SegmentKey]) -> tu
     return (again if again.cost < before.cost else before), None
 
 
-def _segments_near_limit(context: Context, before: Fit) -> set[SegmentKey]:
+def _segments_near_limit(context: Context, before: Fit) -> set[str]:
     segments = context.dataset.estimation
     cut = unstable_segments(before.model, segments, windowed_growth_rate(context))
     if before.constrained:
         worst = max(segments, key=lambda s: max_growth_rate(before.model, s))
-        cut.add((worst.file, worst.number))
+        cut.add(worst.segment_key.name)
     return cut
 
 
-def _fit_windows(context: Context, cut: set[SegmentKey]) -> tuple[Fit, int]:
+def _fit_windows(context: Context, cut: set[str]) -> tuple[Fit, int]:
     """Fit on windows, and cut further segments until the vehicle is stable on all others; count the simulations."""
     segments = context.dataset.estimation
     duration = context.settings.windows.window_duration

@@ -69,9 +69,7 @@ def continue_fit(
     ValueError
         Where the vehicle diverges at a point of the fit.
     """
-    optimiser = GaussNewton(
-        context, fit.model, fit.free, segments, block=fit.block, stable=not fit.model.limits_hunting
-    )
+    optimiser = GaussNewton.of_fit(context, fit, segments, stable=not fit.model.limits_hunting)
     normal = fit.normal if _same_simulation(fit.segments, segments) else None
     return optimiser.fit(fit.x, tolerance=tolerance, max_iterations=max_iterations, normal=normal)
 

@@ -91,7 +91,7 @@ def _step(optimiser: GaussNewton, x: FloatArray, j: int, cost: float) -> tuple[F
 def residual_correlations(context: Context, fit: Fit) -> Correlations:
     """Compute rho per parameter and channel, and lambda, of the residual of a fit."""
     quiet = context.in_background(context.jobs)
-    optimiser = GaussNewton(quiet, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    optimiser = GaussNewton.of_fit(quiet, fit)
     gram = optimiser.linearise(fit.x).gram.sum(axis=0)  # [channel, row, row]
     error, cross, squares = gram[:, 0, 0], gram[:, 0, 1:], np.einsum("cii->ci", gram)[:, 1:]
     rho = cross / np.sqrt(np.maximum(error[:, None] * squares, 1e-300))

@@ -51,7 +51,7 @@ def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
     than it should, or is not stable, the estimates stay and the shift adds to their standard deviations.
     """
     background = context.in_background(context.jobs)
-    optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    optimiser = GaussNewton.of_fit(background, fit)
     joint = _joint_products(context, fit, optimiser)
     p = len(fit.x)
     free = np.concatenate([~fit.free.are_on_bound(fit.x), np.ones(len(joint.precision) - p, dtype=bool)])
@@ -80,7 +80,7 @@ def _is_as_good(context: Context, fit: Fit, x: FloatArray) -> bool:
     """True where a shifted estimate fits about as well, and its vehicle may be simulated."""
     bounded = fit.model.limits_hunting or any(t.is_window for t in fit.segments)
     stable = fit.model.design.is_on_track and not bounded
-    optimiser = GaussNewton(context.in_background(1), fit.model, fit.free, fit.segments, block=fit.block, stable=stable)
+    optimiser = GaussNewton.of_fit(context.in_background(1), fit, stable=stable)
     misfits = optimiser.misfit(np.stack([fit.x, x]))
     limit = (1.0 + context.settings.calibration.bias_misfit_share) * misfits[0]
     return bool(np.isfinite(misfits[1]) and misfits[1] <= limit)

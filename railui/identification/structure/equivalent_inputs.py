@@ -118,7 +118,7 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     if not fit.model.design.is_on_track:
         return [ForceLocation("rig", None, 1.0, 1)]
     quiet = context.in_background(context.jobs)
-    optimiser = GaussNewton(quiet, fit.model, fit.free, fit.segments, block=1.0, stable=False)
+    optimiser = GaussNewton.of_fit(quiet, fit)
     candidates = force_locations(fit.model)
     shares: list[list[WindowedShare]] = [[] for _ in candidates]
     for target in fit.segments:

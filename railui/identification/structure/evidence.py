@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
+from railui.identification.estimation.covariance import effective_freedom
 from railui.identification.structure.candidates import Candidate
 from railui.parallel import map_threads
 
-LEAST_FREEDOM = 1.0
+MIN_SCORE_FREEDOM = 1.0
 BOOTSTRAP_PARTS = 4  # of the draws, over threads
 LONELY = 1e-6  # share of all other blocks below which a single block determines the amount
 
@@ -62,6 +63,11 @@ class ScoreResult:
         sd = self.standard_deviation
         return float(as_normal(self.scores.sum() / sd, self.degrees_of_freedom)) if sd > 0 else 0.0
 
+    @property
+    def admissible_rho(self) -> float:
+        """Absolute rho; 0 for a one-sided candidate with a negative one."""
+        return max(self.rho, 0.0) if self.candidate.is_one_sided else abs(self.rho)
+
     def extrapolate(self, ratio: float, blocks: int) -> ScoreResult:
         """Extrapolate the result to a run longer by a ratio, with a number of blocks."""
         per_block = {
@@ -95,7 +101,7 @@ class ScoreResult:
     @property
     def degrees_of_freedom(self) -> float:
         """Degrees of freedom of the standard deviation: effective number of blocks less one."""
-        return max(float(1.0 / np.sum(self.leverage**2)) - 1.0, LEAST_FREEDOM)
+        return float(effective_freedom(self.leverage, MIN_SCORE_FREEDOM))
 
     @property
     def standard_deviation(self) -> float:
@@ -127,11 +133,6 @@ def from_normal(z: float, freedom: float) -> float:
     """
     n = freedom
     return float(np.sqrt(n * np.expm1((z * (8 * n + 3) / (8 * n + 1)) ** 2 / n)))
-
-
-def signed_rho(s: ScoreResult) -> float:
-    """Absolute rho; 0 for a one-sided candidate with a negative one."""
-    return max(s.rho, 0.0) if s.candidate.is_one_sided else abs(s.rho)
 
 
 def family_wise_test(

@@ -59,7 +59,7 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
         return {}  # a hunting vehicle does not respond to first order
     ready = truncate(context, validation_fit.segments, context.settings.selection.gain_forecast_duration)
     fit = replace(validation_fit, segments=tuple(ready))
-    adjuster = GaussNewton(context.in_background(context.jobs), fit.model, fit.free, ready, block=1.0, stable=False)
+    adjuster = GaussNewton.of_fit(context.in_background(context.jobs), fit, ready)
     try:
         linear = list(map_threads(lambda t: adjuster.sensitivities(t, fit.x).converged(), ready, context.jobs))
     except DivergedError:

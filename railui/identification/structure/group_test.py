@@ -108,7 +108,7 @@ class _GroupTest:
         self.owner = np.repeat(np.arange(len(members)), [len(paths) for paths in members])
         free = _repeated(fit.free, self.owner, tuple(path for paths in members for path in paths))
         segments = truncate(context, fit.segments, self.settings.score_duration)
-        newton = GaussNewton(context, replace(fit.model, design=design), free, segments, block=fit.block, stable=False)
+        newton = GaussNewton(context, replace(fit.model, design=design), free, segments, block=fit.block)
         normal = newton.linearise(fit.x[self.owner])
         self.products = normal.gram.sum(axis=1)  # [block, 1 + member, 1 + member]
         self.variance, self.samples = normal.variance, normal.samples

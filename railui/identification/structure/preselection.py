@@ -9,7 +9,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.problem import FitSegment
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.locations import JointKey, joint_key
 from railui.identification.structure.score_test import ScoreTest
 from railui.vehicle.model import Model
@@ -46,7 +46,7 @@ def with_best_shapes(
         return list(candidates)
     count = context.settings.score_test.retained_shapes
     best: dict[Candidate, list[Mapping[str, float]]] = {}
-    for s in sorted(scored, key=lambda s: -signed_rho(s)):
+    for s in sorted(scored, key=lambda s: -s.admissible_rho):
         shapes = best.setdefault(s.candidate, [])
         if len(shapes) < count:
             shapes.append(s.candidate.shapes[s.shape])
@@ -70,9 +70,9 @@ def ranked(results: Sequence[ScoreResult]) -> tuple[ScoreResult, ...]:
     """Best shape of each candidate, in descending order."""
     best: dict[Candidate, ScoreResult] = {}
     for s in results:
-        if s.candidate not in best or signed_rho(s) > signed_rho(best[s.candidate]):
+        if s.candidate not in best or s.admissible_rho > best[s.candidate].admissible_rho:
             best[s.candidate] = s
-    return tuple(sorted(best.values(), key=lambda s: -signed_rho(s)))
+    return tuple(sorted(best.values(), key=lambda s: -s.admissible_rho))
 
 
 def undecided(

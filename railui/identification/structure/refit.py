@@ -19,7 +19,7 @@ from railui.identification.estimation.leave_one_out import change_of_estimates
 from railui.identification.estimation.problem import FitSegment, adapt_to_model
 from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import Candidate, candidate_text
-from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.screening import Screened, ScreeningFits, fit_with_effects, has_states
 from railui.parallel import map_threads
@@ -63,12 +63,12 @@ def select_candidates(settings: RefitSettings, scores: ScoreTestResult, *, every
         return list(scores.best)
     selected: list[ScoreResult] = []
     for i, s in enumerate(scores.best):
-        share = signed_rho(s) ** 2 / max(scores.rho2, 1e-300)
+        share = s.admissible_rho**2 / max(scores.rho2, 1e-300)
         limit = settings.refit_share_memory if has_states(s.candidate) else settings.refit_share
         is_near = share >= limit and len(selected) < settings.max_refitted
         if i < settings.always_refitted or is_near or _are_related(scores.best[0].candidate, s.candidate):
             selected.append(s)
-    return [s for s in selected if signed_rho(s) > 0]
+    return [s for s in selected if s.admissible_rho > 0]
 
 
 def _are_related(a: Candidate, b: Candidate) -> bool:

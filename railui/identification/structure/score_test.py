@@ -24,7 +24,7 @@ from railui.identification.estimation.problem import FitSegment
 from railui.identification.events import ScoreTestProgress
 from railui.identification.prediction import Predictor, required_steps_each
 from railui.identification.structure.candidates import QUADRATURE, Candidate, CandidateBatch, batches_on
-from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.projection import ProjectedScores, Projector
 from railui.parallel import map_threads
 from railui.vehicle.model import RADIUS, Model, wrap_angle
@@ -48,7 +48,7 @@ class ScoreTestResult:
     @property
     def rho2(self) -> float:
         """Share of the squared residual that the best candidate explains."""
-        return signed_rho(self.best[0]) ** 2 if self.best else 0.0
+        return self.best[0].admissible_rho ** 2 if self.best else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +65,7 @@ class ScoreTest:
     def __init__(self, context: Context, fit: Fit, ready: Sequence[FitSegment]) -> None:
         self.context = context
         self.settings = context.settings.score_test
-        self.adjuster = GaussNewton(
-            context.in_background(context.jobs), fit.model, fit.free, ready, block=1.0, stable=False
-        )
+        self.adjuster = GaussNewton.of_fit(context.in_background(context.jobs), fit, ready)
         self.adjuster.restart_windows(fit.x)
         self.fit = replace(fit, segments=tuple(self.adjuster.segments))
         calibration = context.settings.calibration

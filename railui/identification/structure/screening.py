@@ -15,7 +15,7 @@ from railui.identification.estimation.output_error import continue_fit, fit_outp
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
 from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import Candidate, candidate_text
-from railui.identification.structure.evidence import ScoreResult, signed_rho
+from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.locations import Element, estimated_elements, joint_key
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.io.problems import FileProblems
@@ -40,7 +40,7 @@ def starting_points(settings: RefitSettings, scores: ScoreTestResult, result: Sc
     Each has the phases of the segments that the score test estimated with this shape.
     """
     candidate = result.candidate
-    same = sorted((s for s in scores.results if s.candidate == candidate), key=lambda s: -signed_rho(s))
+    same = sorted((s for s in scores.results if s.candidate == candidate), key=lambda s: -s.admissible_rho)
     count = settings.screened_shapes_memory if has_states(candidate) else settings.screened_shapes
     shapes = [(scaled_shape(settings, s), s.phases) for s in same[:count]]
     if candidate.strength is not None:

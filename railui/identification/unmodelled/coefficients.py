@@ -82,7 +82,7 @@ def estimate_coefficients(context: Context, fit: Fit) -> list[Coefficient]:
         raise ValueError("--coefficients needs the equations of two wheelsets and a frame: leave it out")
     settings = context.settings.coefficients
     background = context.in_background(1)
-    optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+    optimiser = GaussNewton.of_fit(background, fit)
     grams = []
     for target in fit.segments:
         base = optimiser.sensitivities(target, fit.x).converged()

@@ -182,7 +182,7 @@ def _best_curve(context: Context, fit: Fit, origin: ForceLocation | None) -> _Fi
     """Fit the force curves that explain most, near `origin` where none explains much; None where none can be fitted."""
     settings = context.settings.discrepancy
     background = context.in_background(context.jobs)
-    optimiser = GaussNewton(background, fit.model, fit.free, fit.segments, block=1.0, stable=False)
+    optimiser = GaussNewton.of_fit(background, fit)
     bases = [optimiser.sensitivities(t, fit.x).converged() for t in fit.segments]
 
     def explained(spot: CurveLocation) -> tuple[float, FloatArray, CurveLocation]:

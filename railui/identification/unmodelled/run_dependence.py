@@ -152,9 +152,7 @@ class _RunScores:
         model = replace(validation_fit.model, phases={})  # phases belong to a run and are not shared
         free = free_parameters(context, model, self.paths)
         background = context.in_background(context.jobs)
-        self.optimiser = GaussNewton(
-            background, validation_fit.model, free, self.segments, block=fit.block, stable=False
-        )
+        self.optimiser = GaussNewton(background, validation_fit.model, free, self.segments, block=fit.block)
         self.x = np.array([fit.model.value(p) for p in self.paths])
         self.grams = [self._gram(t) for t in self.segments]
 

@@ -26,7 +26,7 @@ def decay(tmp_path_factory: pytest.TempPathFactory) -> tuple[Context, Fit]:
 
 
 def optimiser_of(context: Context, fit: Fit, segments) -> GaussNewton:
-    return GaussNewton(context, fit.model, fit.free, segments, block=fit.block, stable=False)
+    return GaussNewton.of_fit(context, fit, segments)
 
 
 def test_the_misfit_of_a_shortened_decay_needs_no_sensitivity_of_the_whole(decay: tuple[Context, Fit]) -> None:

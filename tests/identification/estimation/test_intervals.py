@@ -120,7 +120,7 @@ def test_the_error_of_the_bias_falls_with_the_root_of_the_number_of_draws(tmp_pa
     for draws in (4, 16):
         calibration = replace(context.settings.calibration, bias_draws=draws)
         settled = replace(context, settings=replace(context.settings, calibration=calibration))
-        optimiser = GaussNewton(settled, fit.model, fit.free, fit.segments, block=fit.block, stable=False)
+        optimiser = GaussNewton.of_fit(settled, fit)
         scores = track_noise_scores(settled, fit, optimiser)
         assert np.allclose(scores.deviations.sum(axis=0), 0.0, atol=1e-9 * np.abs(scores.deviations).max())
         errors.append(np.sqrt(np.sum(scores.deviations**2, axis=0)))

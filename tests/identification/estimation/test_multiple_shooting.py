@@ -58,7 +58,7 @@ def test_the_initial_state_of_a_window_is_projected_out(hunting: Dataset):
     model = Model(hunting.campaign.design)
     (whole,) = hunting.estimation
     context = create_context(hunting)
-    ready = prepare_segments(context, model, cut_into_windows([whole], {(whole.file, whole.number)}, 3.0))[3]
+    ready = prepare_segments(context, model, cut_into_windows([whole], {whole.segment_key.name}, 3.0))[3]
     window = estimate_window_start(context, model, ready)
     assert window.initial_sensitivity is not None
     made = np.tensordot(
@@ -71,7 +71,7 @@ def test_the_initial_state_of_a_window_is_projected_out(hunting: Dataset):
 def test_a_window_on_which_the_vehicle_diverges_refuses_the_point(hunting: Dataset):
     (whole,) = hunting.estimation
     context, model = create_context(hunting), Model(hunting.campaign.design)
-    ready = prepare_segments(context, model, cut_into_windows([whole], {(whole.file, whole.number)}, 3.0))[3]
+    ready = prepare_segments(context, model, cut_into_windows([whole], {whole.segment_key.name}, 3.0))[3]
     diverging = model.with_path_values(["vehicle.secondary.lateral_damping"], np.array([1e9]))
     with pytest.raises(DivergedError, match=r"diverges on run_a\.csv\.gz at 9 s"):
         estimate_window_start(context, diverging, ready)

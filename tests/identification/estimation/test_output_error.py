@@ -53,7 +53,7 @@ class Events(Progress):
 
 def optimiser_of(fit) -> GaussNewton:
     context = simulated_campaign().context
-    return GaussNewton(context, fit.model, fit.free, fit.segments, block=1.0, stable=False)
+    return GaussNewton.of_fit(context, fit)
 
 
 def test_every_run_of_a_campaign_has_its_own_noise():
@@ -85,12 +85,10 @@ def test_runs_may_measure_different_channels():
     prepared = prepare_segments(context, fit.model, [only(first, few), only(second, more)])
     lines = Events()
     quiet = replace(context, progress=lines)
-    optimiser = GaussNewton(quiet, fit.model, fit.free, prepared, block=fit.block, stable=False)
+    optimiser = GaussNewton.of_fit(quiet, fit, prepared)
     normal = optimiser.linearise(fit.x)
     assert set(optimiser.channels) == set(few) | set(more) and normal.gram.shape[1] == len(optimiser.channels)
-    alone = [
-        GaussNewton(quiet, fit.model, fit.free, [t], block=fit.block, stable=False).linearise(fit.x) for t in prepared
-    ]
+    alone = [GaussNewton.of_fit(quiet, fit, [t]).linearise(fit.x) for t in prepared]
     assert normal.total == pytest.approx(alone[0].total + alone[1].total, rel=1e-12)
     optimiser.fit(fit.x, tolerance=1e-3, max_iterations=0, normal=normal)
     [event] = lines.events

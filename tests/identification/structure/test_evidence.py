@@ -11,7 +11,7 @@ from scipy import stats
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult, as_normal, family_wise_test, signed_rho
+from railui.identification.structure.evidence import ScoreResult, as_normal, family_wise_test
 
 CUBIC = Candidate("cubic_stiffness", "primary_lateral", None)
 FRICTION = Candidate("dry_friction", "primary_lateral", None)
@@ -113,9 +113,9 @@ def test_a_longer_run_repeats_the_blocks_and_scales_the_length():
 
 
 def test_a_negative_correlation_counts_for_effects_of_both_signs_only():
-    assert signed_rho(replace(result(SCORES), rho=-0.4)) == 0.4
-    assert signed_rho(replace(result(SCORES, candidate=FRICTION), rho=-0.4)) == 0.0
-    assert signed_rho(replace(result(SCORES, candidate=FRICTION), rho=0.4)) == 0.4
+    assert replace(result(SCORES), rho=-0.4).admissible_rho == 0.4
+    assert replace(result(SCORES, candidate=FRICTION), rho=-0.4).admissible_rho == 0.0
+    assert replace(result(SCORES, candidate=FRICTION), rho=0.4).admissible_rho == 0.4
 
 
 def signs_of(draws: int, blocks: int, seed: int) -> FloatArray:

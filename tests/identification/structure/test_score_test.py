@@ -14,7 +14,7 @@ from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.problem import truncate
 from railui.identification.structure.candidate_scores import has_structure, score_test, scored_part
 from railui.identification.structure.candidates import Candidate, batch_candidates, list_candidates
-from railui.identification.structure.evidence import ScoreResult, family_wise_test, signed_rho
+from railui.identification.structure.evidence import ScoreResult, family_wise_test
 from railui.identification.structure.refit import select_candidates
 from railui.identification.structure.score_test import ScoreTestResult
 from tests.blind.simulated import calibrated, simulated_campaign
@@ -140,8 +140,8 @@ def test_noise_exceeds_the_critical_score_in_one_library_of_a_hundred():
 def test_a_negative_rho_does_not_support_a_one_sided_candidate():
     scores = np.random.default_rng(3).standard_normal(40) - 3.0
     friction, cubic = (ScoreResult(c[0], 0, -0.6, -1.0, scores, 1.0) for c in (ONE_SIDED, TWO_SIDED))
-    assert signed_rho(friction) == 0.0
-    assert signed_rho(cubic) == pytest.approx(0.6)
+    assert friction.admissible_rho == 0.0
+    assert cubic.admissible_rho == pytest.approx(0.6)
     assert family_wise_test([friction], SETTINGS, 0)[0] > 0.99
     assert family_wise_test([cubic], SETTINGS, 0)[0] < 0.01
 
