@@ -206,12 +206,6 @@ class SelectionSettings:
     unexplained_ratio: float = setting(
         1.5, minimum=1.0, meaning="Error over noise floor from which an unmodelled effect of any form is assumed."
     )
-    shared_residual_ratio: float = setting(
-        3.0,
-        minimum=1.0,
-        meaning="Error over noise floor from which a residual that several channels share is not noise of the track.",
-        provenance="conventional: stated noise may be wrong by this factor",
-    )
     absorbed_ratio: float = setting(
         1.3,
         minimum=1.0,

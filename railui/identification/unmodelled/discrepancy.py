@@ -77,12 +77,13 @@ def find_acting_discrepancy(
     lowers_error = is_significant_gain(context, selection.validation, discrepancy.validation)
     if not lowers_error and _has_single_channel(context):
         discrepancy = replace(discrepancy, evidence=NO_EVIDENCE)
-    # a residual that is coherent with no motion is noise, unless several channels share it: noise of sensors is
-    # independent, and that of the track acts at the contact and has a limited size
-    is_beyond_track_noise = not error_to_noise <= context.settings.selection.shared_residual_ratio
-    is_force = evidence.is_shared and (is_beyond_track_noise or _is_force_on_vehicle(context, discrepancy))
-    is_noise = evidence.is_noise and not is_force
-    is_unsolved = is_unexplained and (is_structured or not is_noise)
+    # without effects a structure counts from the gain that an effect must have; with effects it is their remainder
+    is_material = not error_to_noise <= 1.0 / (1.0 - context.campaign.min_relative_gain)
+    is_structure = is_structured and (is_unexplained or (is_material and not selection.has_effects))
+    # a residual that is coherent with no motion is noise of sensors, which is independent, unless several channels
+    # share it: then it is a force, or noise of the track, which `may_be_track_noise` and its level decide
+    is_shared_or_coherent = evidence.is_shared or not evidence.is_noise
+    is_unsolved = is_structure or (is_unexplained and is_shared_or_coherent)
     if lowers_error or is_conclusive(context, discrepancy) or is_unsolved:
         return replace(discrepancy, lowers_error=lowers_error)
     return None

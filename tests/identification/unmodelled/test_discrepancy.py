@@ -14,12 +14,14 @@ from railui.campaign.dataset import read_dataset
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
 from railui.identification.unmodelled.discrepancy import _is_force_on_vehicle
-from railui.identification.unmodelled.evidence import LocationEvidence
+from railui.identification.unmodelled.evidence import LocationEvidence, joint_of
 from railui.identification.unmodelled.locate import Discrepancy
 from tests.truth.campaign import Order, campaign, write
-from tests.truth.effects import effect
+from tests.truth.effects import Effect, effect
 
 WET_PATCHES = effect("wet_patches", "contact", depth=0.6, length=150.0)
+SLIGHTLY_WET_PATCHES = effect("wet_patches", "contact", depth=0.4, length=150.0)
+CROSSED_DAMPING = effect("crossed_damping", "wheelset", damping=2e4)
 ACCELEROMETERS = ("ay1", "ay2", "ayf")
 
 
@@ -30,6 +32,24 @@ def test_patches_of_low_friction_are_no_noise(tmp_path: Path) -> None:
     assert not result.remainder.coherent and not result.remainder.structured
     assert result.validations["after"].nrmse > 3.0 * result.noise_floor.nrmse
     assert result.verdict == "outside" and result.discrepancy is not None and result.discrepancy.at == "contact"
+
+
+@pytest.mark.parametrize(
+    ("missing", "least_ratio", "largest_ratio", "is_structured"),
+    [
+        (SLIGHTLY_WET_PATCHES, 1.5, 3.0, False),  # the stated noise may be wrong by 3, but the relations determine it
+        (CROSSED_DAMPING, 1.11, 1.5, True),  # a tenth of the error and a structure count
+    ],
+)
+def test_a_small_discrepancy_is_no_noise_of_the_track(
+    missing: Effect, least_ratio: float, largest_ratio: float, is_structured: bool, tmp_path: Path
+) -> None:
+    order = Order(effects=(missing,), seed=47047, without=ACCELEROMETERS, seconds=(40.0, 30.0))
+    write(campaign(order), tmp_path)
+    result = close_loop(read_dataset(load_campaign(tmp_path)), jobs=2)
+    assert least_ratio < result.error_to_noise < largest_ratio and result.remainder.structured == is_structured
+    assert result.verdict == "outside" and result.discrepancy is not None
+    assert joint_of(result.discrepancy.at) == "contact"
 
 
 @pytest.mark.parametrize("without", [ACCELEROMETERS, ("e1", "e2", "d1", "d2", "rf")])
