@@ -139,10 +139,21 @@ def projected_gram(test: ScoreTest, shapes: Sequence[ScoreResult]) -> tuple[list
     return results, gram, score
 
 
-def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore], max_share: float = np.inf) -> list[PairRefit]:
+def refit_pairs(
+    context: Context,
+    fit: Fit,
+    pairs: Sequence[PairScore],
+    max_share: float = np.inf,
+    misfit_limit: float = np.inf,
+) -> list[PairRefit]:
     """Fit the best pairs together with all parameters, those near the least misfit to convergence; the best first.
 
-    max_share: misfit on the first part of the runs, over that without the pairs, above which a pair is given up.
+    Parameters
+    ----------
+    max_share
+        Misfit on the first part of the runs, over that without the pairs, above which a pair is given up.
+    misfit_limit
+        Misfit on the complete runs below which a pair must come.
     """
     screening = ScreeningFits(context, fit)
     screened = []
@@ -156,7 +167,7 @@ def refit_pairs(context: Context, fit: Fit, pairs: Sequence[PairScore], max_shar
                 screened.append((pair, f))
     limit = context.settings.refit.converged_ratio * min((f.normal.rss for _, f in screened), default=0.0)
     close = [item for item in screened if item[1].normal.rss <= limit]
-    refits = refit_leading_first(context, fit, close, limit, partial(_refit, context, fit))
+    refits = refit_leading_first(context, fit, close, limit, partial(_refit, context, fit), misfit_limit)
     return sorted(refits, key=lambda r: r.rss)
 
 

@@ -138,6 +138,7 @@ def refit_leading_first(
     screened: Sequence[tuple[S, Fit]],
     limit: float,
     refit: Callable[[float | None, tuple[S, Fit]], R | None],
+    misfit_limit: float | None = np.inf,
 ) -> Iterator[R]:
     """Refit the leading screening fits and those above a misfit, then the others, with a limit from the former.
 
@@ -151,6 +152,8 @@ def refit_leading_first(
     refit
         Continue a screening fit whose misfit on the complete runs must come below a limit, or evaluate it where the
         limit is None; None where it cannot be.
+    misfit_limit
+        Limit for the leading ones.
     """
     settings = context.settings.refit
     by_rss = sorted(screened, key=lambda item: item[1].normal.rss)
@@ -158,7 +161,6 @@ def refit_leading_first(
     leading, following = close[: settings.leading_candidates], close[settings.leading_candidates :]
     others = [item for item in screened if item[1].normal.rss > limit]
     least = np.inf
-    misfit_limit: float | None = np.inf
     for some in ([*leading, *others], following):
         for done in map_threads(partial(refit, misfit_limit), some, context.jobs):
             if done is not None:

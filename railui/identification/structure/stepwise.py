@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -18,6 +18,7 @@ from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
 from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidate_scores import has_structure, run_score_test, scored_part
+from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.elimination import refit_text, remove_superfluous
 from railui.identification.structure.exchange import exchange_effects
 from railui.identification.structure.freed_groups import FreedGroups
@@ -34,8 +35,11 @@ from railui.identification.structure.rivals import RivalExplanations
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.stage import SelectionStep, Stage, gains, pair_steps, validated_stage
 from railui.parallel import map_threads, run_both
+from railui.vehicle.effects import PlacedEffect
 
 FINAL_TOLERANCE = 1e-5
+
+Effects = frozenset[tuple[str, str, int | None]]  # by kind, location and wheelset
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +171,8 @@ class StepwiseSelection:
                 continue
             fit = path.stages[base].fit if base else path.start
             try:
-                pairs, search = self._refit_best_pairs(fit, step.score_test, accepted.fit)
+                fitted = _fitted_pairs(path.steps[base:]) | {_added_to(fit, accepted.fit)}
+                pairs, search = self._refit_best_pairs(fit, step.score_test, accepted.fit, fitted)
             except OutOfTimeError:
                 return None
             path.steps[base] = replace(step, pairs=search)
@@ -181,24 +186,25 @@ class StepwiseSelection:
         return None
 
     def _refit_best_pairs(
-        self, fit: Fit, scores: ScoreTestResult, accepted: Fit
+        self, fit: Fit, scores: ScoreTestResult, accepted: Fit, fitted: Collection[Effects]
     ) -> tuple[PairRefit | None, PairSearch]:
         """Score all pairs against the residual of a fit, refit the best, and select one.
 
-        A pair that gives the accepted model is not fitted again, and none selected whose misfit is larger.
+        None is selected whose misfit is larger than that of the accepted model.
+
+        fitted: pairs that have been fitted to the same model.
         """
         test = ScoreTest(self.context, fit, scored_part(self.context, fit).segments)
         pairs, scored = score_pairs(test, scores)
-        accepted_effects = _added_to(fit, accepted)
-        others = [p for p in pairs if {(c.kind, c.at, c.wheelset) for c in p.candidates} != accepted_effects]
+        others = [p for p in pairs if frozenset(map(_identity, p.candidates)) not in fitted]
         best = others[: self.settings.refitted_pairs]
         self.context.progress.message(f"{scored} pairs of effects scored, {len(best)} refitted")
         accepted_share = accepted.normal.misfit_per_sample / fit.normal.misfit_per_sample
-        refits = refit_pairs(self.context, fit, best, self.settings.hopeless_pair_ratio * accepted_share)
-        found, ratio = PairSearch(scored, len(best)), self.settings.simpler_misfit_ratio
+        ratio = self.settings.simpler_misfit_ratio
+        limit = ratio * accepted.normal.misfit_per_sample * fit.normal.samples
+        refits = refit_pairs(self.context, fit, best, self.settings.hopeless_pair_ratio * accepted_share, limit)
         pair = simplest_pair(refits, ratio)
-        limit = ratio * accepted.normal.misfit_per_sample
-        return None if pair is None or pair.rss / pair.fit.normal.samples > limit else pair, found
+        return None if pair is None or pair.rss > limit else pair, PairSearch(scored, len(best))
 
     def _pair_stage(self, fit: Fit, pair: PairRefit) -> Stage | None:
         """Fit a pair to the end and validate it; None where it diverges, or something else explains more."""
@@ -344,7 +350,18 @@ class StepwiseSelection:
         return followed.windowed
 
 
-def _added_to(fit: Fit, other: Fit) -> set[tuple[str, str, int | None]]:
-    """Return kind, location and wheelset of the effects that another model has in addition to those of a fit."""
-    of_fit, of_other = ({(e.kind, e.at, e.wheelset) for e in one.model.effects} for one in (fit, other))
-    return of_other - of_fit
+def _fitted_pairs(steps: Sequence[SelectionStep]) -> set[Effects]:
+    """Pairs that two steps have fitted: what the first added, and each candidate that could be fitted to it."""
+    if len(steps) < 2 or steps[0].added is None or steps[0].added.candidate is None:
+        return set()
+    first = _identity(steps[0].added.candidate)
+    return {frozenset({first, _identity(r.candidate)}) for r in steps[1].refits if r.candidate is not None}
+
+
+def _added_to(fit: Fit, other: Fit) -> Effects:
+    """Effects that another model has in addition to those of a fit."""
+    return frozenset(map(_identity, other.model.effects)) - frozenset(map(_identity, fit.model.effects))
+
+
+def _identity(effect: Candidate | PlacedEffect) -> tuple[str, str, int | None]:
+    return effect.kind, effect.at, effect.wheelset

@@ -82,6 +82,7 @@ def test_pairs_that_leave_too_much_after_a_few_iterations_are_given_up(monkeypat
 
     def refit(context, fit, misfit_limit, item):
         refits.append(item[0].text)
+        assert misfit_limit == 60.0
         return SimpleNamespace(rss=item[1].normal.rss)
 
     refits = []
@@ -90,5 +91,5 @@ def test_pairs_that_leave_too_much_after_a_few_iterations_are_given_up(monkeypat
     monkeypatch.setattr(pairs, "_screen", lambda screening, pair: screened[pair.text])
     monkeypatch.setattr(pairs, "_refit", refit)
     scores = [SimpleNamespace(text=name, rho2=0.5) for name in screened]
-    result = pairs.refit_pairs(replace(simulated_campaign().context, jobs=1), fit(1e6), scores, max_share)
+    result = pairs.refit_pairs(replace(simulated_campaign().context, jobs=1), fit(1e6), scores, max_share, 60.0)
     assert refits == continued and len(result) == len(continued)

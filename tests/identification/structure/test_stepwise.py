@@ -90,20 +90,20 @@ def effects_fit(rss: float, *effects: tuple[str, str, int | None]) -> SimpleName
 
 
 @pytest.mark.parametrize(("left", "is_selected"), [(39.0, True), (42.0, False)])
-def test_the_pair_of_the_accepted_model_is_not_refitted_and_none_of_larger_misfit_selected(
-    monkeypatch, left, is_selected
-):
+def test_pairs_that_were_fitted_are_not_refitted_and_none_of_larger_misfit_selected(monkeypatch, left, is_selected):
     known, delay, stop = ("spring", "primary_yaw", 2), ("sensor_delay", "d2", None), ("bump_stop", "primary_yaw", 2)
     found = [
         SimpleNamespace(text=text, candidates=tuple(SimpleNamespace(kind=k, at=a, wheelset=w) for k, a, w in some))
-        for text, some in (("as accepted", (delay, known)), ("other", (delay, stop)))
+        for text, some in (("known", (delay, known)), ("other", (delay, stop)))
     ]
 
-    def refit_pairs(context, fit, pairs, max_share):
+    def refit_pairs(context, fit, pairs, max_share, misfit_limit):
+        limits.append(misfit_limit)
         refitted.extend(pair.text for pair in pairs)
         return [SimpleNamespace(fit=effects_fit(left), rss=left)]
 
     refitted: list[str] = []
+    limits: list[float] = []
     monkeypatch.setattr(stepwise, "ScoreTest", lambda context, fit, segments: None)
     monkeypatch.setattr(stepwise, "scored_part", lambda context, fit: SimpleNamespace(segments=()))
     monkeypatch.setattr(stepwise, "score_pairs", lambda test, scores: (found, 2))
@@ -113,6 +113,7 @@ def test_the_pair_of_the_accepted_model_is_not_refitted_and_none_of_larger_misfi
         effects_fit(100.0, ("free_play", "rig", None)),
         effects_fit(40.0, known, delay, ("free_play", "rig", None)),
     )
-    pair, search = selection._refit_best_pairs(fit, scores(0.5), accepted)
-    assert refitted == ["other"] and search.refitted == 1
+    pair, search = selection._refit_best_pairs(fit, scores(0.5), accepted, {frozenset({known, delay})})
+    ratio = simulated_campaign().context.settings.selection.simpler_misfit_ratio
+    assert limits == [pytest.approx(40.0 * ratio)] and refitted == ["other"] and search.refitted == 1
     assert (pair is not None) is is_selected
