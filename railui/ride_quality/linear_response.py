@@ -23,7 +23,7 @@ from railui.track.density import TrackDensity, track_density
 from railui.track.excitation import resolve_track
 from railui.track.input_table import IRREGULARITIES
 from railui.vehicle.channels import channel_unit, check_channels
-from railui.vehicle.linear import MIN_ROOT, linear_effects
+from railui.vehicle.linear import MIN_ROOT, linearisation_notes, omitted_kinds
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import ModelSource, resolve_model
 from railui.vehicle.transfer import LinearVehicle, acting_inputs, linearise
@@ -176,10 +176,11 @@ def _ratio(above: str, below: str) -> str:
 
 
 def _notes(model: Model) -> list[str]:
-    omitted = {e.kind for e, yes in zip(model.effects, linear_effects(model), strict=True) if not yes}
-    forcing = {model.effects[int(path.split(".")[1])].kind for path in model.run_dependent_paths()} - omitted
-    notes = [f"linear: without {', '.join(sorted(omitted))}"] if omitted else []
-    return notes + [f"response to the track alone: without the excitation by {kind}" for kind in sorted(forcing)]
+    omitted = omitted_kinds(model)
+    forcing = {model.effects[int(path.split(".")[1])].kind for path in model.run_dependent_paths()}.difference(omitted)
+    return linearisation_notes(model) + [
+        f"response to the track alone: without the excitation by {kind}" for kind in sorted(forcing)
+    ]
 
 
 def _stability_note(is_stable: bool, root: complex, is_asked: bool) -> list[str]:

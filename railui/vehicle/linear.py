@@ -8,10 +8,11 @@ from typing import Final
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
-from railui.core import Batch, Vehicles, adds_body, matrix_eigenvalues
+from railui.core import Batch, Vehicles, adds_body, effect_record, matrix_eigenvalues
 from railui.memo import IdentityCache
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource
+from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
 STRAIGHT_TRACK: Final = TrackSource(Track(np.arange(4.0), np.zeros(4)), "straight and level")
@@ -74,6 +75,49 @@ def _test_linearity(model: Model) -> tuple[bool, ...]:
         deviation = np.maximum(np.abs(double - 2 * single).max(axis=1), np.abs(negative + single).max(axis=1))
         is_linear &= deviation <= LINEARITY_TOLERANCE * np.maximum(np.abs(derivatives[1]).max(), 1e-300)
     return tuple(bool(x) for x in is_linear)
+
+
+def omitted_kinds(model: Model) -> list[str]:
+    """Kinds of effects that the linear vehicle lacks, since their forces are not proportional to the motion."""
+    return sorted({e.kind for e, yes in zip(model.effects, linear_effects(model), strict=True) if not yes})
+
+
+def kinds_linearised_at_rest(model: Model) -> list[str]:
+    """Kinds of effects in the linear vehicle whose memory is nonlinear, so that their slope at rest stands for them.
+
+    Their forces are proportional to the state of the memory; its rate of change is not proportional to the motion.
+    """
+    pairs = zip(model.effects, linear_effects(model), strict=True)
+    with_memory = [e for e, is_linear in pairs if is_linear and has_memory(e.kind)]
+    return sorted({e.kind for e in with_memory if not _has_linear_memory(model, e)})
+
+
+def linearisation_notes(model: Model) -> list[str]:
+    """Note the effects that the linear vehicle lacks, then those that it has with their slope at rest."""
+    omitted, at_rest = omitted_kinds(model), kinds_linearised_at_rest(model)
+    notes = [f"linear: without {', '.join(omitted)}"] if omitted else []
+    return notes + ([f"linear: {', '.join(at_rest)} with the slope at rest, as of small motions"] if at_rest else [])
+
+
+def has_memory(kind: str) -> bool:
+    """True for a kind of effect with internal states that are no motions of a body."""
+    return bool(effect_record(kind)["states"] > 0) and not adds_body(kind)
+
+
+def _has_linear_memory(model: Model, effect: PlacedEffect) -> bool:
+    """Test whether twice the state gives twice the rate of change of an effect's memory, at any amplitude."""
+    without = Model(model.design.with_effects(()))
+    alone = without.with_effect(effect)
+    vehicles, batch = alone.vehicles(), alone.single_batch()
+    size, first = (m.vehicles().state_count(m.single_batch()) for m in (alone, without))
+    motion = np.random.default_rng(1).uniform(0.5, 1.0, (1, size))
+    for amplitude in AMPLITUDES:
+        single, double = (
+            state_derivatives(alone, vehicles, batch, factor * amplitude * motion)[0, first:] for factor in (1.0, 2.0)
+        )
+        if np.abs(double - 2.0 * single).max() > LINEARITY_TOLERANCE * np.abs(double).max():
+            return False
+    return True
 
 
 def state_matrices(model: Model, rows: FloatArray, speeds: FloatArray, *, at_rest: bool = False) -> FloatArray:

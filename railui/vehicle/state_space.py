@@ -11,7 +11,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.vehicle.channels import channel_unit
 from railui.vehicle.dofs import is_lateral
-from railui.vehicle.linear import linear_effects
+from railui.vehicle.linear import linearisation_notes
 from railui.vehicle.model import Model
 from railui.vehicle.transfer import linearise
 
@@ -95,7 +95,6 @@ def state_space(model: Model, speed: float, channels: Sequence[str]) -> StateSpa
     dofs = model.vehicles().degrees_of_freedom(model.single_batch())
     units = ["m" if is_lateral(dof) else "rad" for dof in dofs]
     more = len(linear.A) - 2 * len(dofs)
-    omitted = {e.kind for e, yes in zip(model.effects, linear_effects(model), strict=True) if not yes}
     return StateSpace(
         name=model.design.name,
         speed=speed,
@@ -110,7 +109,7 @@ def state_space(model: Model, speed: float, channels: Sequence[str]) -> StateSpa
         input_units=tuple(unit for _ in wheelsets for _, unit in INPUTS),
         output_units=tuple(map(channel_unit, channels)),
         delays=linear.delays,
-        notes=(f"linear: without {', '.join(sorted(omitted))}",) if omitted else (),
+        notes=tuple(linearisation_notes(model)),
     )
 
 

@@ -14,7 +14,7 @@ from railui.running_stability.critical_speed import critical_speeds, linear_stab
 from railui.running_stability.summary import stability
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import PlacedEffect
-from railui.vehicle.linear import eigenvalues, linear_effects
+from railui.vehicle.linear import eigenvalues, linear_effects, linearisation_notes
 from railui.vehicle.model import Model
 
 HOME = Path(__file__).parents[2]
@@ -108,6 +108,17 @@ def test_linear_effects_are_recognised_by_their_response() -> None:
         SLIPPERY,
     )
     assert linear_effects(model) == (True, False, True, False, True, False)
+
+
+def test_a_friction_spring_is_linearised_at_rest_and_a_damper_in_series_with_a_spring_is_linear() -> None:
+    hysteresis = PlacedEffect("hysteresis", "primary_lateral", None, {"stiffness": 1e6, "yield": 2e3})
+    damper = PlacedEffect("maxwell_damper", "secondary_yaw", None, {"stiffness": 1e6, "damping": 1e5})
+    friction = PlacedEffect("dry_friction", "secondary_yaw", None, {"force": 1e3})
+    assert linearisation_notes(with_effects(damper)) == []
+    assert linearisation_notes(with_effects(friction, damper, hysteresis)) == [
+        "linear: without dry_friction",
+        "linear: hysteresis with the slope at rest, as of small motions",
+    ]
 
 
 def test_a_spring_as_an_effect_equals_the_spring_of_the_vehicle() -> None:
