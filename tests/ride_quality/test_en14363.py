@@ -59,6 +59,8 @@ def test_the_sum_of_guiding_forces_of_a_made_line_is_that_by_hand(tmp_path: Path
     assert found["estimated"] == pytest.approx(0.99933 * 22944.0, rel=1e-3)
     assert found["limit"] == pytest.approx(46666.67) and not found["exceeded"]
     assert result["verdict"] == "incomplete" and "zone 1: 5 of 25 sections" in result["missing"]
+    assert "lateral acceleration of the carbody: no signal" in result["missing"]
+    assert not any("bogie frame" in text for text in result["missing"])  # forces were measured
 
 
 def test_an_estimate_over_its_limit_fails_though_no_section_reaches_it(tmp_path: Path) -> None:
@@ -103,6 +105,8 @@ def test_accelerations_of_the_carbody_are_taken_from_half_a_hertz_to_ten(tmp_pat
     assert rms["mean"] == pytest.approx(0.8 / np.sqrt(2.0), rel=0.03) and rms["limit"] == 0.5 and rms["exceeded"]
     assert of(result, "acceleration of the carbody", "ay_body")["mean"] == pytest.approx(0.8, rel=0.05)
     assert any("simplified method" in text for text in result["missing"])
+    assert "lateral acceleration of the bogie frame: no signal" in result["missing"]
+    assert not any("carbody" in text for text in result["missing"])
 
 
 def test_the_simplified_method_has_the_limit_of_the_bogie_mass(tmp_path: Path) -> None:

@@ -17,7 +17,13 @@ from railui.ride_quality.en14363.estimation import (
     estimate_two_dimensional,
 )
 from railui.ride_quality.en14363.quantities import Signal, VehicleData, signals_of
-from railui.ride_quality.en14363.recording import Recording, read_recording, simulate_recording
+from railui.ride_quality.en14363.recording import (
+    BODY_COLUMN,
+    FRAME_COLUMN,
+    Recording,
+    read_recording,
+    simulate_recording,
+)
 from railui.ride_quality.en14363.zones import ZONES, Section, Zone, cut_sections
 from railui.ride_quality.evaluation import TrackLike, excitation_of
 from railui.ride_quality.guiding_forces import wheel_load_paths
@@ -265,7 +271,14 @@ def _missing(zones: Sequence[dict[str, Any]], recordings: Sequence[Recording]) -
         f"zone {z['zone']}: {z['sections']} of {z['required']} sections" for z in zones if z["sections"] < z["required"]
     ]
     missing += [f"zone {z['zone']}: no value" for z in zones if z["sections"] and not z["quantities"]]
-    if not any(piece.wheelsets for piece in recordings):
+    is_simplified = not any(piece.wheelsets for piece in recordings)
+    for what, column, is_needed in (
+        ("lateral acceleration of the carbody", BODY_COLUMN, True),
+        ("lateral acceleration of the bogie frame", FRAME_COLUMN, is_simplified),
+    ):
+        if is_needed and not any(piece.names(column) for piece in recordings):
+            missing.append(f"{what}: no signal")
+    if is_simplified:
         missing.append("guiding forces: the simplified method of accelerations was used")
     elif not any(name.startswith("Q") for piece in recordings for name in piece.series):
         missing.append("wheel loads Q: no Y/Q")
