@@ -33,9 +33,6 @@ from railui.planning.validation_products import ValidationProducts
 
 SEPARATION = 1.6449  # normal quantile of the one-sided 5 % level at which two effects are separated
 MAX_DRAWS = 500  # of the largest score over the library under noise
-# the limits of a loop are estimated from its data and allow for that; those of a plan are expectations. Trial: 45 of 45
-# effects of the size of a loop's limit were found, and 9 of 10 at three quarters of it
-LIMIT_SHARE = 0.75
 MAX_RIVALS = 3
 # cached properties that depend on the estimation runs alone, and on the validation run
 OF_ESTIMATION = ("gram", "absorbed", "parameter_sd", "scores", "critical_score")
@@ -246,8 +243,7 @@ class Expectation:
         for k, (score, gain) in enumerate(zip(self.scores, self.predicted_gains, strict=True)):
             if score is not None and gain.mean > 0.0:
                 gains = {(score.candidate, score.shape): gain}
-                amount = minimum_detectable_amount(score, test, self.min_relative_gain, self.noise_floor, gains)
-                amounts[k] = LIMIT_SHARE * amount
+                amounts[k] = minimum_detectable_amount(score, test, self.min_relative_gain, self.noise_floor, gains)
         return amounts
 
     def detectable(self) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.minimum_detectable import POWER_QUANTILE
-from railui.planning.expectation import LIMIT_SHARE, Choice, Expectation
+from railui.planning.expectation import Choice, Expectation
 from railui.planning.information import Information
 from railui.planning.run_information import RunInformation
 
@@ -109,7 +109,7 @@ def test_the_limit_meets_the_score_of_the_loop_or_its_gain() -> None:
     by_gain = (
         LoopSettings().score_test.absorption_margin * (noise + sqrt(noise**2 + norm / power * gain)) / (norm / power)
     )
-    assert expected.amounts[0] == pytest.approx(LIMIT_SHARE * max(by_score, by_gain), rel=0.06)
+    assert expected.amounts[0] == pytest.approx(max(by_score, by_gain), rel=0.06)
 
 
 def test_more_runs_determine_more() -> None:
