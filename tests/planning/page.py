@@ -18,8 +18,8 @@ INTRODUCTION = """\
 Plans of five sets of sensors and speeds (`python -m tests.planning.trial`), 60 s a run. The campaigns are **simulated**
 by the independent generator: vehicles that differ from the nominal one by up to 25 % in a parameter, on other tracks
 of the same spectrum, some with an effect of the predicted minimum size, some without one. Campaigns whose vehicle
-leaves the track are left out. The sizes were three quarters of the limits that the criteria of the loop gave then; the limits have since been
-lowered to that (setting `absorption_margin`).
+leaves the track are left out. The sizes were three quarters of the limits that the criteria of the loop
+gave then; the limits have since been lowered to that (setting `absorption_margin`).
 """
 NEXT = """\
 
