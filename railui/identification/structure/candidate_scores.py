@@ -10,6 +10,7 @@ from railui.identification.context import Context, OutOfTimeError
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.problem import FitSegment, truncate
+from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate, list_candidates
 from railui.identification.structure.evidence import ScoreResult, family_wise_test
 from railui.identification.structure.preselection import preselect, ranked, undecided, with_best_shapes
@@ -51,10 +52,16 @@ def score_test(
 
 
 def run_score_test(context: Context, fit: Fit) -> ScoreTestResult:
-    """Score every candidate against the residual of a fit; no result where the time budget ends before."""
+    """Score every candidate against the residual of a fit.
+
+    No result where the time budget ends before, or where the vehicle diverges next to its estimates.
+    """
     try:
         return _score_candidates(context, fit)
     except OutOfTimeError:
+        return NO_SCORE_TEST
+    except DivergedError as error:
+        context.progress.message(f"no score test: {error}")
         return NO_SCORE_TEST
 
 

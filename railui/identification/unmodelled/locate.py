@@ -15,7 +15,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.validation import Validation, is_significant_gain, validate
-from railui.identification.prediction import SimulationError
+from railui.identification.prediction import DivergedError, SimulationError
 from railui.identification.structure.couplings import Coupling, find_couplings
 from railui.identification.structure.drift import Drift, find_drifts, refine_drift, validate_drift
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
@@ -183,7 +183,11 @@ def _best_curve(context: Context, fit: Fit, origin: ForceLocation | None) -> _Fi
     settings = context.settings.discrepancy
     background = context.in_background(context.jobs)
     optimiser = GaussNewton.of_fit(background, fit)
-    bases = [optimiser.sensitivities(t, fit.x).converged() for t in fit.segments]
+    try:
+        bases = [optimiser.sensitivities(t, fit.x).converged() for t in fit.segments]
+    except DivergedError as error:
+        context.progress.message(f"  no force curve is fitted: {error}")
+        return None
 
     def explained(spot: CurveLocation) -> tuple[float, FloatArray, CurveLocation]:
         return (*explained_by_curve(settings, fit, bases, spot), spot)

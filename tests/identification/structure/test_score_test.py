@@ -12,7 +12,13 @@ from railui.campaign.settings.detection import RefitSettings, ScoreTestSettings
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.problem import truncate
-from railui.identification.structure.candidate_scores import has_structure, score_test, scored_part
+from railui.identification.structure.candidate_scores import (
+    NO_SCORE_TEST,
+    has_structure,
+    run_score_test,
+    score_test,
+    scored_part,
+)
 from railui.identification.structure.candidates import Candidate, batch_candidates, list_candidates
 from railui.identification.structure.evidence import ScoreResult, family_wise_test
 from railui.identification.structure.refit import select_candidates
@@ -299,3 +305,12 @@ def test_candidates_that_were_scored_on_the_whole_part_rank_before_all_others():
 def test_nothing_tested_is_no_evidence():
     rng = np.random.default_rng(1)
     assert family_wise_test(noise_results(rng, TWO_SIDED), SETTINGS, 0, ())[0] == 1.0
+
+
+def test_nothing_is_scored_where_the_vehicle_diverges():
+    fit = calibrated()
+    context = simulated_campaign().context
+    hunting = np.where(["conicity" in path for path in fit.free.paths], 1.0, fit.x)
+    diverging = replace(fit, x=hunting, model=fit.model.with_path_values(fit.free.paths, hunting))
+    assert run_score_test(context, diverging) is NO_SCORE_TEST
+    assert run_score_test(context, fit).results
