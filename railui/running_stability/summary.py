@@ -21,7 +21,7 @@ from railui.running_stability.limit_cycles import LimitCycles, find_limit_cycles
 from railui.running_stability.modes import modes_at_speeds
 from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.design_reader import Design
-from railui.vehicle.linear import least_damping, linearisation_notes, omitted_kinds, state_matrices
+from railui.vehicle.linear import least_damping, linearisation_notes, state_matrices
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import resolve_model
 
@@ -131,9 +131,7 @@ def _check_finite(model: Model, speeds: Sequence[float]) -> None:
 
 def _linear_notes(model: Model, linear: CriticalSpeed | None, rest: CriticalSpeed | None, highest: float) -> list[str]:
     """Return notes on effects that the linear analysis omits and on critical speeds that are None or 0."""
-    notes = linearisation_notes(model)
-    if omitted_kinds(model):
-        notes[0] += ", whose slopes at rest are in rest_critical_speed"
+    notes = linearisation_notes(model, ", whose slopes at rest are in rest_critical_speed")
     for key, critical in (("linear_critical_speed", linear), ("rest_critical_speed", rest)):
         if critical is None:
             notes.append(f"{key}: none up to {highest:g} m/s")

@@ -92,10 +92,10 @@ def kinds_linearised_at_rest(model: Model) -> list[str]:
     return sorted({e.kind for e in with_memory if not _has_linear_memory(model, e)})
 
 
-def linearisation_notes(model: Model) -> list[str]:
-    """Note the effects that the linear vehicle lacks, then those that it has with their slope at rest."""
+def linearisation_notes(model: Model, of_omitted: str = "") -> list[str]:
+    """Note the effects that the linear vehicle lacks, with a clause on these, then those with their slope at rest."""
     omitted, at_rest = omitted_kinds(model), kinds_linearised_at_rest(model)
-    notes = [f"linear: without {', '.join(omitted)}"] if omitted else []
+    notes = [f"linear: without {', '.join(omitted)}{of_omitted}"] if omitted else []
     return notes + ([f"linear: {', '.join(at_rest)} with the slope at rest, as of small motions"] if at_rest else [])
 
 

@@ -34,8 +34,7 @@ def block_covariance(blocks: FloatArray, precision: FloatArray, variance: float)
     deviations are multiplied by the 95 % quantile of Student's t over that of the normal distribution, so that
     +/- 1.645 of them make a 90 % interval with few blocks, too.
     """
-    scale, grams, a = _scaled_to_unit_diagonal(blocks, precision, variance)
-    inverse = np.asarray(linalg.pinvh(a), dtype=np.float64)
+    scale, grams, a, inverse = _scaled_to_unit_diagonal(blocks, precision, variance)
     scores = _left_out_scores(grams, blocks[:, 1:, 0] * scale, a)
     estimates = np.sqrt(1.0 - 1.0 / max(len(blocks), 2)) * scores @ inverse * t_factors(grams, inverse)
     priors = inverse * scale * np.sqrt(precision) * variance
@@ -44,18 +43,18 @@ def block_covariance(blocks: FloatArray, precision: FloatArray, variance: float)
 
 def block_degrees_of_freedom(blocks: FloatArray, precision: FloatArray, variance: float) -> FloatArray:
     """Degrees of freedom [p] of the standard deviations that `block_covariance` returns for the same products."""
-    _, grams, a = _scaled_to_unit_diagonal(blocks, precision, variance)
-    return degrees_of_freedom(grams, np.asarray(linalg.pinvh(a)))
+    _, grams, _, inverse = _scaled_to_unit_diagonal(blocks, precision, variance)
+    return degrees_of_freedom(grams, inverse)
 
 
 def _scaled_to_unit_diagonal(
     blocks: FloatArray, precision: FloatArray, variance: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the scales [p] that make the diagonal of the normal matrix one, the scaled products, and the matrix."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the scales [p] and what they scale: the products, the normal matrix, of unit diagonal, and its inverse."""
     a = blocks.sum(axis=0)[1:, 1:] + np.diag(precision) * variance
     scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-300))
     unit = np.outer(scale, scale)
-    return scale, blocks[:, 1:, 1:] * unit, a * unit
+    return scale, blocks[:, 1:, 1:] * unit, a * unit, np.asarray(linalg.pinvh(a * unit), dtype=np.float64)
 
 
 def _left_out_scores(grams: FloatArray, scores: FloatArray, a: FloatArray) -> FloatArray:
@@ -90,6 +89,8 @@ def degrees_of_freedom(grams: FloatArray, inverse: FloatArray) -> FloatArray:
 
 def effective_freedom(share: FloatArray, least: float) -> FloatArray:
     """Effective number of blocks less one, from their shares [block, ...] in an estimate; no less than `least`.
+
+    Source: as `degrees_of_freedom`, whose formula it is with the shares of the blocks in the variance.
 
     >>> effective_freedom(np.full(8, 1 / 8), 1.0)  # equal blocks
     array(7.)
