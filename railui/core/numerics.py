@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -38,6 +39,31 @@ class Spline:
         """Return values, first or second derivatives at points [...]: [...] or [..., column]."""
         points = np.asarray(at, dtype=float)
         return self._core.at(np.ascontiguousarray(points.ravel()), derivative).reshape(points.shape + self.shape)
+
+    def add_behind(self, table: FloatArray, behind: float, into: Sequence[tuple[int, int | None]]) -> None:
+        """Add the columns of y to those of a table [row, column], in place, along the points in its first column.
+
+        Parameters
+        ----------
+        behind
+            Distance of the point of a row behind its first column. What is behind has the first value and no slope
+            before it comes to the first point.
+        into
+            Column of the table for the values of each column of y, and for its first derivatives; None: not added.
+
+        Raises
+        ------
+        ValueError
+            If the table lacks a column.
+
+        Examples
+        --------
+        >>> table = np.array([[0.0, 10.0, 0.0], [2.0, 10.0, 0.0]])
+        >>> Spline(np.arange(4.0), 3.0 * np.arange(4.0)).add_behind(table, 1.0, [(1, 2)])
+        >>> table.tolist()
+        [[0.0, 10.0, 0.0], [2.0, 13.0, 3.0]]
+        """
+        self._core.add_behind(table, behind, list(into))
 
     @property
     def coefficients(self) -> FloatArray:

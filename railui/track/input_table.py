@@ -23,7 +23,6 @@ FIRST_WHEELSET_COLUMN: Final = 2
 COLUMNS_PER_WHEELSET: Final = 5
 IRREGULARITIES: Final = ("yw", "phiw", "gauge")
 WITH_DERIVATIVE: Final = 2  # of the irregularities: yw and phiw; the gauge acts without its derivative
-START_TOLERANCE: Final = 1e-9  # m before the first sample, so that rounding of s - 2 a decides nothing
 DISTANCE_TOLERANCE: Final = 1e-12  # relative deviation of s from constant speed
 
 Wheelbase = (
@@ -140,15 +139,10 @@ def _write_track(table: FloatArray, s: FloatArray, track: Sequence[FloatArray | 
         return
     spline = Spline(s, np.stack(list(present.values()), axis=1))
     for number, distance in enumerate(behind):
-        first, location = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number, table[:, 0] - distance
-        is_before = (location < s[0] - START_TOLERANCE) & (distance > 0)
-        clipped = np.maximum(location, s[0]) if distance else location
-        value, slope = spline(clipped), spline(clipped, 1)
-        slope[is_before] = 0.0
-        for j, i in enumerate(present):
-            table[:, first + 2 * i] += value[:, j]
-            if i < WITH_DERIVATIVE:
-                table[:, first + 2 * i + 1] += slope[:, j]
+        first = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number
+        values = [first + 2 * i for i in present]
+        slopes = [value + 1 if i < WITH_DERIVATIVE else None for i, value in zip(present, values, strict=True)]
+        spline.add_behind(table, distance, list(zip(values, slopes, strict=True)))
 
 
 def add_track(

@@ -1,6 +1,9 @@
 //! Cubic splines through samples, not-a-knot: the first two and the last two intervals share a cubic each.
 use crate::error::{Error, Result, expect_len};
 
+/// Distance before the first place [m] that is rounding of place - behind, and decides nothing.
+const ROUNDING: f64 = 1e-9;
+
 /// Columns over increasing places x; beyond the ends the first and the last cubic go on.
 #[derive(Clone, Debug)]
 pub struct Spline {
@@ -46,15 +49,34 @@ impl Spline {
         for &place in places {
             i = self.interval(place, i);
             let d = place - self.x[i];
-            for [c3, c2, c1, c0] in &self.factors[i * self.columns..(i + 1) * self.columns] {
+            for factors in &self.factors[i * self.columns..(i + 1) * self.columns] {
                 found.push(match derivative {
-                    0 => c0 + c1 * d + c2 * (d * d) + c3 * (d * d * d),
-                    1 => c1 + c2 * d * 2.0 + c3 * (d * d) * 3.0,
-                    _ => c2 * 2.0 + c3 * d * 6.0,
+                    0 => cubic(factors, d),
+                    1 => cubic_slope(factors, d),
+                    _ => factors[1] * 2.0 + factors[0] * d * 6.0,
                 });
             }
         }
         found
+    }
+
+    /// Add values, and first derivatives where they have a column, along the places in the first column of a table, each
+    /// so far `behind` its row. What is behind meets the first value before it comes to the first place.
+    pub fn add_behind(&self, table: &mut [f64], width: usize, behind: f64, into: &[(usize, Option<usize>)]) {
+        let mut i = 0;
+        for row in table.chunks_exact_mut(width) {
+            let place = row[0] - behind;
+            let waits = behind > 0.0 && place < self.x[0] - ROUNDING;
+            let place = if behind > 0.0 { place.max(self.x[0]) } else { place };
+            i = self.interval(place, i);
+            let d = place - self.x[i];
+            for (factors, (value, slope)) in self.factors[i * self.columns..].iter().zip(into) {
+                row[*value] += cubic(factors, d);
+                if let (Some(slope), false) = (slope, waits) {
+                    row[*slope] += cubic_slope(factors, d);
+                }
+            }
+        }
     }
 
     /// Factors [interval][column], see there.
@@ -70,6 +92,16 @@ impl Spline {
             .find(|&i| within(i))
             .unwrap_or_else(|| self.x.partition_point(|x| *x <= place).saturating_sub(1).min(last))
     }
+}
+
+/// Value of a cubic at a distance from the beginning of its interval.
+fn cubic([c3, c2, c1, c0]: &[f64; 4], d: f64) -> f64 {
+    c0 + c1 * d + c2 * (d * d) + c3 * (d * d * d)
+}
+
+/// First derivative of a cubic there.
+fn cubic_slope([c3, c2, c1, _]: &[f64; 4], d: f64) -> f64 {
+    c1 + c2 * d * 2.0 + c3 * (d * d) * 3.0
 }
 
 /// First derivatives at the places: the second derivative is continuous, the third too behind the first and before
@@ -118,6 +150,18 @@ mod tests {
                 assert!((found - wanted).abs() < 1e-13 * wanted.abs().max(1.0), "{found} at {place}");
             }
         }
+    }
+
+    #[test]
+    fn what_runs_behind_meets_the_first_value_until_it_comes_to_the_first_place() {
+        let spline = Spline::new(&[1.0, 2.0, 3.0, 4.0], &[2.0, 4.0, 6.0, 8.0], 1).unwrap();
+        let into = [(2, Some(3))];
+        let mut table = [0.0, 9.0, 0.5, 0.0, 2.0, 9.0, 0.5, 0.0, 3.5, 9.0, 0.5, 0.0];
+        spline.add_behind(&mut table, 4, 1.5, &into);
+        assert_eq!(table, [0.0, 9.0, 2.5, 0.0, 2.0, 9.0, 2.5, 0.0, 3.5, 9.0, 4.5, 2.0]);
+        let mut ahead = [0.0, 9.0, 0.5, 0.0];
+        spline.add_behind(&mut ahead, 4, 0.0, &into);
+        assert_eq!(ahead, [0.0, 9.0, 0.5, 2.0]);
     }
 
     #[test]
