@@ -253,8 +253,8 @@ def evaluate_ride(
             "notes": ["no statistics: the ride diverged"],
         }
     rms, time = measures["weighted_acceleration_1974"], measures["comfort_hours"] * HOUR
-    blocks = np.asarray(statistics.get("block_rms", ()), dtype=np.float64)
-    rms_sperling = statistics.get("wz")
+    blocks = np.asarray(statistics.get("block_rms", ()))
+    wz = float(sperling_wz(statistics.get("wz", np.nan)))
     parts = (measures["comfort"], measures["guidance"])
     name, reason = classify(measures["score"], time, measures["flange_fraction"], riding, parts, findings)
     result: dict[str, Any] = {
@@ -271,7 +271,7 @@ def evaluate_ride(
         "flange_fraction_gaussian": measures["flange_fraction_gaussian"],
         "flange_margin": _finite(measures["flange_margin"]),
         "n_mv": n_mv(blocks),
-        "wz": None if rms_sperling is None else _finite(float(sperling_wz(rms_sperling))),
+        "wz": _finite(wz),
     }
     return result | {"notes": _notes(result, time, blocks.size)}
 

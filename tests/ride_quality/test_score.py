@@ -88,6 +88,13 @@ def test_a_limit_that_lowers_the_class_is_named(time, share, finding, expected, 
     assert why in reason
 
 
+def test_a_finding_lowers_the_class_of_a_ride():
+    ratio = ("dangerous", "Y/Q 0.81 above 0.8")
+    result = evaluate_ride(ride(), LONG, CLEARANCE, [ratio])
+    assert (result["class"], result["decided_by"]) == ratio
+    assert evaluate_ride(ride(), LONG, CLEARANCE)["class"] != "dangerous"
+
+
 @pytest.mark.parametrize(
     ("time", "share", "reason"),
     [

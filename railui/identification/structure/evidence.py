@@ -168,7 +168,7 @@ def family_wise_test(
     """
     tested = results if tested is None else tested
     if not tested:
-        return 1.0, float("inf")
+        return 1.0, np.inf
     noise = np.array([s.residual_scores for s in results])
     noise /= np.maximum(np.linalg.norm(noise, axis=1, keepdims=True), 1e-300)
     is_one_sided = np.array([s.candidate.is_one_sided for s in results])

@@ -33,7 +33,7 @@ def test_a_result_is_printed_without_its_arrays_of_blocks():
 
 
 def test_a_result_of_the_score_alone_has_no_phases_and_nothing_absorbed():
-    plain = result(SCORES)
+    plain = ScoreResult(CUBIC, 0, 0.5, 1.2, SCORES, 10.0)
     arrays = (plain.absorbed, plain.block_norms, plain.quadrature_scores, plain.segment_of_block)
     assert [x.size for x in arrays] == [0, 0, 0, 0]
     assert [x.dtype.kind for x in arrays] == ["f", "f", "f", "i"]
