@@ -12,7 +12,13 @@ from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Diagnosis
 from railui.campaign.finding import Finding
 from railui.identification.context import Context, create_context
-from railui.identification.estimation.calibration import calibrate, nominal_fit, with_phases, with_stable_start
+from railui.identification.estimation.calibration import (
+    calibrate,
+    calibrate_from,
+    fit_without_iteration,
+    stable_start,
+    with_phases,
+)
 from railui.identification.estimation.failed_fit import has_failed, retry_failed_fit
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.held_parameters import with_spread_of_held_parameters
@@ -85,8 +91,14 @@ def close_loop(
     base = _calibrated_base(context, nominal)
     progress.event(ModelValidated("before", base.validation))
     selection = StepwiseSelection(context).select_effects(base.fit, base.validation, base.windowed)
+    better = _better_base(context, base, selection, nominal)
+    if better is not None:
+        base = better
+        progress.event(ModelValidated("before", base.validation))
+        selection = StepwiseSelection(context).select_effects(base.fit, base.validation)
     result = _conclude(context, base, selection)
-    conditions = None if result.is_out_of_time else dependence_on_conditions(result.context, selection.fit)
+    limited = replace(result.context, deadline=context.deadline)
+    conditions = None if result.is_out_of_time else dependence_on_conditions(limited, selection.fit)
     return replace(result, findings=findings, seconds=time.perf_counter() - started, conditions=conditions)
 
 
@@ -117,7 +129,33 @@ def _calibrated_base(context: Context, nominal: Validation) -> _Base:
         f"the calibration failed: NRMSE {validation.nrmse:.4f} on the validation runs, "
         f"{nominal.nrmse:.4f} with the nominal model, which is used instead"
     )
-    return _Base(nominal_fit(context), nominal, windowed, is_failed=True)
+    start = stable_start(context)
+    if start is not context.nominal:
+        nominal = validate(context, start, context.dataset.selection)
+    return _Base(fit_without_iteration(context, start), nominal, windowed, is_failed=True)
+
+
+def _better_base(context: Context, base: _Base, selection: Selection, nominal: Validation) -> _Base | None:
+    """Calibrate again from the estimates of the best model with an effect; None where that ends no better.
+
+    The calibration may have ended in a local minimum, which any effect helps to leave. An effect counts against the
+    best model without it.
+    """
+    refits = [r.fit for r in selection.steps[0].refits if r.candidate is not None] if selection.steps else []
+    best = selection.fit if selection.has_effects else min(refits, key=lambda f: f.normal.rss, default=None)
+    if best is None or base.windowed is not None or context.is_out_of_time:
+        return None
+    fit = calibrate_from(context, base.fit, best.model)
+    if fit is None:
+        return None
+    validation = validate(context, fit.model, context.dataset.selection)
+    if validation.nrmse > base.validation.nrmse or has_failed(context, fit, nominal, validation):
+        return None
+    context.progress.message(
+        "the calibration had ended in a local minimum; from the estimates with an effect, without the effect: "
+        f"NRMSE {base.validation.nrmse:.4f} -> {validation.nrmse:.4f}; selecting again"
+    )
+    return _Base(fit, validation, None, is_failed=False)
 
 
 class _Examination(NamedTuple):
@@ -244,8 +282,7 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
         context.jobs,
     )
     context.progress.event(floor)
-    is_without = selection.fit is base.fit and base.windowed is not None
-    start = base.windowed if is_without and base.windowed is not None else selection.fit
+    start = base.windowed if base.windowed is not None and selection.fit is base.fit else selection.fit
     discrepancy = None
     if not freed_members_lower_error(context, selection.freed, selection.validation, floor):
         discrepancy = find_discrepancy(context, start, validation_fit, selection, floor, evidence=evidence)
@@ -379,7 +416,7 @@ def _with_final_estimates(context: Context, base: _Base) -> _Base:
 
 def _base_of_parallel_models(context: Context, nominal: Validation) -> _Base:
     """Calibrate by Broersen's method."""
-    start = with_stable_start(context, context.dataset.estimation)
+    start = stable_start(context)
     fit = two_parallel_models(context, start, prepare_segments(context, start, context.dataset.estimation))
     validation = validate(context, fit.model, context.dataset.selection)
     return _Base(fit, validation, None, is_worse_than_nominal(context, nominal, validation))

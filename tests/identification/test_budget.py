@@ -13,8 +13,12 @@ from railui.campaign.dataset import Dataset, read_dataset
 from railui.core import Batch, Vehicles
 from railui.identification import context as context_module
 from railui.identification.context import OutOfTimeError, create_context
+from railui.identification.estimation.calibration import fit_without_iteration
 from railui.identification.loop import close_loop
+from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
+from railui.progress import Progress
 from railui.report.loop.data import loop_report
+from tests.identification.test_component_campaign import campaign
 
 BUNDLED = Path(__file__).parents[2] / "designs" / "campaigns" / "worn_axle_box"
 WHOLE_LOOP = 1e8  # input rows times vehicles that the kernel steps through in a loop without a budget
@@ -59,6 +63,19 @@ def test_a_budget_ends_every_stage(dataset: Dataset, monkeypatch: pytest.MonkeyP
     assert result.validations["after"].nrmse <= result.validations["declared"].nrmse
     report = loop_report(result)
     assert report["out_of_time"] and report["sentence"].startswith("The time budget ended before the search")
+
+
+def test_estimates_that_the_budget_ends_are_no_dependence_on_a_condition(tmp_path: Path):
+    texts: list[str] = []
+
+    class Texts(Progress):
+        def message(self, text: str) -> None:
+            texts.append(text)
+
+    bench = read_dataset(load_campaign(campaign(tmp_path / "bench", {"0 A": 40.0, "1 A": 150.0})))
+    context = create_context(bench, jobs=1, progress=Texts(), budget=0.0)
+    assert dependence_on_conditions(context, fit_without_iteration(context, context.nominal)) is None
+    assert texts == ["no dependence on conditions estimated: the time budget is spent"]
 
 
 def test_the_search_alone_has_a_deadline(dataset: Dataset):

@@ -83,7 +83,7 @@ def degrees_of_freedom(grams: FloatArray, inverse: FloatArray) -> FloatArray:
 
     Source: Satterthwaite, Biometrics Bulletin 2 (1946) 110, with variances as the squared sensitivity of the blocks.
     """
-    share = np.maximum(np.einsum("ij,bik,kj->bj", inverse, grams, inverse), 0.0)
+    share = np.maximum(np.einsum("bij,ij->bj", grams @ inverse, inverse), 0.0)
     return effective_freedom(share / np.maximum(share.sum(axis=0), 1e-300), MIN_ESTIMATE_FREEDOM)
 
 

@@ -13,8 +13,8 @@ from railui.identification.estimation.line_power import (
     REACH,
     LinePower,
     followed_channels,
+    largest_share,
     line_power,
-    share_of,
 )
 from railui.identification.estimation.residual_coherence import Share
 from railui.identification.prediction import Prediction
@@ -36,12 +36,12 @@ def share_at_harmonics(predictions: Sequence[Prediction]) -> Share:
     Returns
     -------
     Share
-        Of all channels and records, and its standard error in noise of the interpolated density; NaN where no record
-        resolves the lines.
+        Of the channel with most, over all records, and its standard error in noise of the interpolated density; NaN
+        where no record resolves the lines.
     """
-    return share_of(
-        _power_at_harmonics(measured - simulated, simulated, 1.0 / prediction.comparison.dt)
-        for prediction, measured, simulated in followed_channels(predictions)
+    return largest_share(
+        (c.name, _power_at_harmonics(c.measured - c.simulated, c.simulated, 1.0 / c.prediction.comparison.dt))
+        for c in followed_channels(predictions)
     )
 
 

@@ -16,6 +16,7 @@ from railui.identification.estimation.fit import Fit, NormalEquations
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.problem import (
     FitSegment,
+    channel_power,
     estimate_window_start,
     improve_start,
     settle_start,
@@ -107,7 +108,8 @@ class GaussNewton:
             return out
 
         self._tried, self._simulated = x[admissible], {}
-        is_retained = len(self._tried) * sum(t.measured.size for t in self.segments) <= MAX_RETAINED
+        size = len(self._tried) * sum(t.measured.size for t in self.segments)
+        is_retained = size <= MAX_RETAINED and any(t.sensitivity_steps != t.steps for t in self.segments)
 
         def sum_of_squares(target: FitSegment) -> FloatArray:
             series, diverged = simulation = self.simulate(target, x[admissible])
@@ -122,6 +124,7 @@ class GaussNewton:
 
     def _are_admissible(self, x: FloatArray) -> NDArray[np.bool_]:
         """True for each row of x [n, p] unless its vehicle is too stiff, or unstable over a whole run."""
+        self.constrained = False  # unless the last points tried meet the limit
         admissible = self._steps_suffice(x) if self.model.effects else np.ones(len(x), dtype=bool)
         if not self.stable or not self.model.design.is_on_track or not admissible.any():
             return admissible
@@ -131,7 +134,7 @@ class GaussNewton:
         for (v, _), segment in cases.items():
             growth = np.maximum(growth, self.model.growth_rates(v, self.rows(x[admissible], segment)))
         is_stable = growth <= self.settings.max_growth_rate
-        self.constrained |= not is_stable.all()
+        self.constrained = not is_stable.all()
         admissible[admissible] = is_stable
         return admissible
 
@@ -326,11 +329,8 @@ class GaussNewton:
 
     def _report(self, iteration: int, x: FloatArray, normal: NormalEquations) -> None:
         total = normal.total
-        power = dict.fromkeys(self.channels, 1e-300)
-        for t in self.segments:
-            for c, row in zip(t.segment.channels, t.measured, strict=True):
-                power[c] += float(np.sum(row**2))
-        error = np.sqrt(normal.gram[:, :, 0, 0].sum(axis=0) / np.array(list(power.values())))
+        power = channel_power(self.segments)
+        error = np.sqrt(normal.gram[:, :, 0, 0].sum(axis=0) / np.maximum(list(power.values()), 1e-300))
         rho = total[1:, 0] / np.sqrt(np.maximum(total[0, 0] * np.diag(total)[1:], 1e-300))
         channels = dict(zip(power, error.tolist(), strict=True))
         event = FitIteration(iteration, self.free.paths, x.copy(), channels, np.asarray(rho), self.simulations)

@@ -69,22 +69,22 @@ def leave_one_run_out(context: Context, fit: Fit, validation_fit: Fit | None) ->
     for run in runs:
         first = next(t.segment for t in segments if t.segment.run_index == run)
         errors = (
-            _nrmse(grams[run][used], power[run][used], change_of_estimates(fit, gram.sum(axis=0)))
+            _nrmse(grams[run][used], power[run][used], change_of_estimates(fit, gram.sum(axis=0), fit.x))
             for gram in (total - grams[run], total)
         )
         rows.append(LeftOutRun(first.file, first.role, *errors))
     return rows
 
 
-def change_of_estimates(fit: Fit, gram: FloatArray) -> FloatArray:
-    """Change [p] of the estimates of a fit by which they follow other data, to first order.
+def change_of_estimates(fit: Fit, gram: FloatArray, x: FloatArray) -> FloatArray:
+    """Change [p] of estimates x [p] of a fit by which they follow other data, to first order.
 
-    gram: products [1 + p, 1 + p] of the residual of the fit and its sensitivities in these data. The priors keep their
-    means: they pull the estimates back as they did in the fit.
+    gram: products [1 + p, 1 + p] of the residual at x and its sensitivities in these data. The priors keep their means:
+    they pull the estimates back as they did in the fit.
     """
     precision = fit.normal.variance / fit.free.prior_sd**2
     inverse = scaled_inverse(gram[1:, 1:] + np.diag(precision), CUTOFF)
-    return np.asarray(inverse @ (gram[1:, 0] + precision * (fit.free.prior - fit.x)))
+    return np.asarray(inverse @ (gram[1:, 0] + precision * (fit.free.prior - x)))
 
 
 def _nrmse(grams: FloatArray, power: FloatArray, step: FloatArray) -> float:

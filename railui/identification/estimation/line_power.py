@@ -48,19 +48,39 @@ def line_power(f: FloatArray, density: FloatArray, line: float, spacing: float) 
     return LinePower(2.0 * half * (inside - noise), variance, float(density.sum() * f[1]))
 
 
-def share_of(powers: Iterable[LinePower]) -> Share:
-    """Share of all power that is in lines, and its standard error in noise; NaN where no record resolves them."""
-    excess = variance = total = 0.0
-    for power in powers:
-        excess, variance, total = excess + power.excess, variance + power.variance, total + power.total
-    return Share(excess / total, float(np.sqrt(variance)) / total) if total > 0.0 else UNKNOWN
+def largest_share(powers: Iterable[tuple[str, LinePower]]) -> Share:
+    """Share of a channel's power that is in lines, of the channel with most, and its standard error in noise.
+
+    Parameters
+    ----------
+    powers
+        Channel and power of every record. Channels have different units, so that their powers do not add.
+
+    Returns
+    -------
+    Share
+        NaN where no record resolves the lines.
+    """
+    sums: dict[str, FloatArray] = {}
+    for channel, power in powers:
+        sums[channel] = sums.get(channel, np.zeros(3)) + power
+    shares = [Share(float(e / total), float(np.sqrt(v) / total)) for e, v, total in sums.values() if total > 0.0]
+    return max(shares, key=lambda s: s.share, default=UNKNOWN)
 
 
-def followed_channels(predictions: Sequence[Prediction]) -> Iterator[tuple[Prediction, FloatArray, FloatArray]]:
-    """Iterate over the measured and the simulated channels [n] of the predictions that do not diverge."""
+class FollowedChannel(NamedTuple):
+    """A channel of a prediction that does not diverge, measured and simulated [n]."""
+
+    prediction: Prediction
+    name: str
+    measured: FloatArray
+    simulated: FloatArray
+
+
+def followed_channels(predictions: Sequence[Prediction]) -> Iterator[FollowedChannel]:
+    """Iterate over the channels of the predictions that do not diverge."""
     for prediction in predictions:
         if prediction.diverged_at is None:
-            for measured, simulated in zip(
-                prediction.comparison.measured, prediction.comparison.simulated, strict=True
-            ):
-                yield prediction, measured, simulated
+            compared = prediction.comparison
+            for name, measured, simulated in zip(compared.channels, compared.measured, compared.simulated, strict=True):
+                yield FollowedChannel(prediction, name, measured, simulated)

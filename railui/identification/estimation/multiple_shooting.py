@@ -93,8 +93,10 @@ def _refit_on_windows(context: Context, before: Fit, cut: set[str]) -> tuple[Fit
             f"{duration:g} s, together with the initial state of each window (multiple shooting)"
         )
         return before, replace(fit, simulations=spent + fit.simulations)
+    spent += before.simulations + fit.simulations
     again = fit_output_error(context, fit.model, paths, segments=before.segments)
-    return (again if again.cost < before.cost else before), None
+    better = again if again.cost < before.cost else before
+    return replace(better, simulations=spent + again.simulations), None
 
 
 def _segments_near_limit(context: Context, before: Fit) -> set[str]:

@@ -173,6 +173,15 @@ def channel_weights(context: Context, model: Model, segment: Segment) -> FloatAr
     return np.asarray(1.0 / np.sqrt(np.mean(noise_variances(context, model, some, starts), axis=0)))
 
 
+def channel_power(prepared: Sequence[FitSegment]) -> dict[str, float]:
+    """Sum of the squared measured values of each channel over segments, of which some may lack channels."""
+    power: dict[str, float] = {}
+    for t in prepared:
+        for c, row in zip(t.segment.channels, t.measured, strict=True):
+            power[c] = power.get(c, 0.0) + float(np.sum(row**2))
+    return power
+
+
 def reprepare_segments(context: Context, model: Model, prepared: Sequence[FitSegment]) -> list[FitSegment]:
     """Renew weights and initial states of the segments of a fit for the calibrated model."""
     return prepare_segments(context, model, [t.segment for t in prepared])

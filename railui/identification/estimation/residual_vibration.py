@@ -17,8 +17,8 @@ from railui.identification.estimation.line_power import (
     REACH,
     LinePower,
     followed_channels,
+    largest_share,
     line_power,
-    share_of,
 )
 from railui.identification.estimation.residual_coherence import Share
 from railui.identification.prediction import Prediction
@@ -35,12 +35,12 @@ def vibration_share(predictions: Sequence[Prediction]) -> Share:
     Returns
     -------
     Share
-        Of all channels and records, and its standard error; a residual with most power at a few periods in a record,
-        as drift has, counts as one without vibration.
+        Of the channel with most, over all records, and its standard error; a residual with most power at a few periods
+        in a record, as drift has, counts as one without vibration.
     """
-    return share_of(
-        _power_about_peak(measured - simulated, 1.0 / prediction.comparison.dt)
-        for prediction, measured, simulated in followed_channels(predictions)
+    return largest_share(
+        (c.name, _power_about_peak(c.measured - c.simulated, 1.0 / c.prediction.comparison.dt))
+        for c in followed_channels(predictions)
     )
 
 

@@ -67,11 +67,25 @@ FORCE_LOCATIONS: tuple[PortsOfLocation, ...] = (
 
 
 class WindowedShare(NamedTuple):
-    """Squared residual of a segment less noise, in all and as forces explain it, [window], and the share by chance."""
+    """Squared residual of a segment less noise, in all and as forces explain it, [window], and the share by chance.
+
+    segment: its number among those of the fit; a location lacks segments with too few channels.
+    """
 
     total: FloatArray
     explained: FloatArray
     chance: float
+    segment: int = 0
+
+    @property
+    def beyond_chance(self) -> FloatArray:
+        """Squared residual [window] that the forces explain beyond chance."""
+        return self.explained - self.chance * self.total
+
+    @property
+    def not_by_chance(self) -> FloatArray:
+        """Squared residual [window] that chance does not explain."""
+        return (1.0 - self.chance) * self.total
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +104,9 @@ class ForceLocation:
 
     @property
     def chance(self) -> float:
-        """Share of any residual that so many forces explain."""
-        return self.windows[0].chance if self.windows else 0.0
+        """Share of any residual that so many forces explain, the mean over all windows."""
+        chances = [np.full(len(w.total), w.chance) for w in self.windows]
+        return float(np.mean(np.concatenate(chances))) if chances else 0.0
 
     def can_locate(self, settings: DiscrepancySettings) -> bool:
         """True unless so many forces explain most of any residual."""
@@ -100,11 +115,17 @@ class ForceLocation:
     def lead(self, other: ForceLocation) -> tuple[float, float]:
         """Return by how much the share exceeds that of another location, and the standard error of that difference.
 
-        The shares of both vary alike from window to window: their difference is known better than either.
+        The shares of both vary alike from window to window: their difference is known better than either. On segments
+        that only one of them has they cannot be compared.
         """
-        excess = [_beyond_chance(a) - _beyond_chance(b) for a, b in zip(self.windows, other.windows, strict=True)]
-        total = np.concatenate([a.total for a in self.windows])
-        return self.share - other.share, ratio_standard_error(np.concatenate(excess), total)
+        others = {w.segment: w for w in other.windows}
+        both = [(w, others[w.segment]) for w in self.windows if w.segment in others]
+        if not both:
+            return self.share - other.share, np.inf
+        mine, theirs = [w for w, _ in both], [w for _, w in both]
+        excess = [a.beyond_chance / (1.0 - a.chance) - b.beyond_chance / (1.0 - b.chance) for a, b in both]
+        standard_error = ratio_standard_error(np.concatenate(excess), np.concatenate([a.total for a in mine]))
+        return _share(mine) - _share(theirs), standard_error
 
 
 def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
@@ -113,15 +134,15 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     The contributions of sensor and track noise are subtracted from the spectra, since track noise resembles forces at
     the contact. As many independent forces as channels explain any residual: locations with so many are left out, which
     leaves none if a single channel was measured; those with more than half as many come last and locate nothing. None
-    where the vehicle diverges on even track or with every realisation of the noise.
+    where the vehicle diverges on even track or with every realisation of the noise, nor for a rig, which has one place.
     """
     if not fit.model.design.is_on_track:
-        return [ForceLocation("rig", None, 1.0, 1)]
+        return []
     quiet = context.in_background(context.jobs)
     optimiser = GaussNewton.of_fit(quiet, fit)
     candidates = force_locations(fit.model)
     shares: list[list[WindowedShare]] = [[] for _ in candidates]
-    for target in fit.segments:
+    for number, target in enumerate(fit.segments):
         try:
             [series] = optimiser.simulate(target, fit.x[None]).converged()
             noise, responses = run_both(
@@ -136,7 +157,7 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
         for i, (_, _, ports) in enumerate(candidates):
             if len(ports) < len(target.measured):
                 h = np.stack([responses[p] for p in ports], axis=2)
-                shares[i].append(_explained_share(residual, noise, h))
+                shares[i].append(_explained_share(residual, noise, h)._replace(segment=number))
     locations = [
         ForceLocation(at, wheelset, _share(same), len(ports), _standard_error(same), tuple(same))
         for (at, wheelset, ports), same in zip(candidates, shares, strict=True)
@@ -165,20 +186,14 @@ def _explained_share(residual: ComplexArray, noise: ComplexArray, responses: Com
 
 def _share(shares: Sequence[WindowedShare]) -> float:
     """Share of all segments that the forces explain beyond chance; 0 where noise leaves nothing to explain."""
-    total = sum((1.0 - s.chance) * float(s.total.sum()) for s in shares)
-    explained = sum(float(s.explained.sum()) - s.chance * float(s.total.sum()) for s in shares)
-    return explained / total if total > 0.0 else 0.0
+    total = sum(float(s.not_by_chance.sum()) for s in shares)
+    return sum(float(s.beyond_chance.sum()) for s in shares) / total if total > 0.0 else 0.0
 
 
 def _standard_error(shares: Sequence[WindowedShare]) -> float:
     """Standard error of the share: of a ratio over the windows of all segments."""
-    total, explained = (np.concatenate([s[i] for s in shares]) for i in (0, 1))
-    return ratio_standard_error(explained, total) / (1.0 - shares[0].chance)
-
-
-def _beyond_chance(share: WindowedShare) -> FloatArray:
-    """Squared residual [window] that forces explain beyond chance, over the share that is not explained by chance."""
-    return (share.explained - share.chance * share.total) / (1.0 - share.chance)
+    explained = np.concatenate([s.beyond_chance for s in shares])
+    return ratio_standard_error(explained, np.concatenate([s.not_by_chance for s in shares]))
 
 
 def _transforms(series: FloatArray, target: FitSegment) -> ComplexArray:

@@ -20,7 +20,7 @@ from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import truncate
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult, family_wise_test
+from railui.identification.structure.evidence import family_wise_p, highest_scores_of_noise
 from railui.identification.structure.projection import Projector
 from railui.vehicle.division import divide_design, divisible_numbers
 
@@ -126,7 +126,13 @@ class _GroupTest:
             for lane, (path, _) in enumerate(lanes)
             if scores.is_distinguishable[lane]
         ]
-        return [self._difference(path, projector, base, results) for path in self.shared if path not in freed]
+        highest = highest_scores_of_noise(results, self.settings, self.context.seed) if results else np.zeros(0)
+
+        def p_of(path: str) -> float:
+            tested = [s for s in results if s.candidate.kind == path]
+            return family_wise_p(highest, tested) if tested else 1.0
+
+        return [self._difference(path, projector, base, p_of(path)) for path in self.shared if path not in freed]
 
     def _base(self, freed: Collection[str]) -> tuple[FloatArray, FloatArray]:
         """Residual and estimated parameters as sums [1 + p, 1 + member] of the members, with prior deviations [p]."""
@@ -152,9 +158,7 @@ class _GroupTest:
             yield rows[: len(rows) // 2].sum(axis=0)
             yield rows[::2].sum(axis=0)
 
-    def _difference(
-        self, path: str, projector: Projector, base: FloatArray, results: list[ScoreResult]
-    ) -> GroupDifference:
+    def _difference(self, path: str, projector: Projector, base: FloatArray, p: float) -> GroupDifference:
         j = self.fit.free.paths.index(path)
         rows, total = self._members(path), self.products.sum(axis=0)
         gram, score = projector.gram(rows @ total @ base.T, rows @ total @ rows.T)
@@ -164,8 +168,6 @@ class _GroupTest:
         estimate = np.linalg.solve(gram + np.eye(len(rows)) * self.variance / usual**2, score)
         explained = max(float(score @ estimate), 0.0)
         differences = estimate - estimate.mean()
-        tested = [s for s in results if s.candidate.kind == path]
-        p = family_wise_test(results, self.settings, self.context.seed, tested)[0] if tested else 1.0
         rho2 = explained / max(projector.rss, 1e-300)
         is_large = float(np.max(np.abs(differences))) >= self.settings.min_group_difference * size
         beyond_noise = misfit_beyond_noise(self.context, projector.rss, self.samples)

@@ -10,13 +10,14 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.campaign.comparison import overall_nrmse
 from railui.campaign.settings.detection import RefitSettings
 from railui.core import effect_record
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.leave_one_out import change_of_estimates
-from railui.identification.estimation.problem import FitSegment, adapt_to_model
+from railui.identification.estimation.problem import FitSegment, adapt_to_model, channel_power
 from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.evidence import ScoreResult
@@ -225,7 +226,7 @@ def cross_validation_errors(settings: RefitSettings, fit: Fit) -> FloatArray:
     total = fit.normal.total
     errors = np.zeros(gram.shape[:2])
     for fold in np.array_split(np.arange(len(gram)), min(settings.cross_validation_folds, len(gram))):
-        shift = change_of_estimates(fit, total - gram[fold].sum(axis=(0, 1)))
+        shift = change_of_estimates(fit, total - gram[fold].sum(axis=(0, 1)), fit.least_squares)
         g = gram[fold]
         quadratic = np.einsum("p,bcpq,q->bc", shift, g[..., 1:, 1:], shift)
         errors[fold] = g[..., 0, 0] - 2 * g[..., 0, 1:] @ shift + quadratic
@@ -234,9 +235,9 @@ def cross_validation_errors(settings: RefitSettings, fit: Fit) -> FloatArray:
 
 def cross_validation_nrmse(refit: Refit) -> float:
     """Cross-validated NRMSE on the estimation runs."""
-    error = refit.block_errors.sum(axis=0)
-    power = np.sum([np.sum(t.measured**2, axis=1) for t in refit.fit.segments], axis=0)
-    return float(np.sqrt(np.mean(error / power)))
+    power = channel_power(refit.fit.segments)
+    errors = zip(power, refit.block_errors.sum(axis=0), strict=True)
+    return overall_nrmse({c: float(np.sqrt(error / power[c])) for c, error in errors})
 
 
 def bootstrap_weights(settings: RefitSettings, refits: Sequence[Refit], seed: int) -> FloatArray:

@@ -145,7 +145,7 @@ class StepwiseSelection:
         """True for a residual without structure that is small or, with effects in the model, may be track noise."""
         if has_structure(self.context.settings.score_test, scores):
             return False
-        if not stage.validation.nrmse > self.settings.unexplained_ratio * floor.nrmse:
+        if stage.validation.nrmse <= self.settings.unexplained_ratio * floor.nrmse:
             return True
         if not stage.fit.model.effects:
             return False

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import special
 
 from railui.arrays import FloatArray
-from railui.identification.context import Context
+from railui.identification.context import Context, OutOfTimeError
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.covariance import interval_factor
 from railui.identification.estimation.fit import Fit
@@ -81,7 +81,8 @@ def estimate_condition_dependence(context: Context, fit: Fit) -> ConditionDepend
 
     Where the conditions matter, no effect can be selected on all runs together, whose residual is their difference.
     The effects are then selected under the condition with the largest relative residual. Conditions without an
-    estimation run are left out. ValueError if a simulation diverges.
+    estimation run are left out. ValueError if a simulation diverges, OutOfTimeError where the time budget ends before
+    the estimates are complete.
     """
     labels = [", ".join(entry.conditions.values()) for entry in context.campaign.runs]
     here = list(dict.fromkeys(labels[s.run_index] for s in context.dataset.estimation))
@@ -94,19 +95,28 @@ def estimate_condition_dependence(context: Context, fit: Fit) -> ConditionDepend
     dependence = comparison.compare(fit.model)
     if dependence.separate_nrmse > (1.0 - context.campaign.min_relative_gain) * dependence.common_nrmse:
         return dependence
-    selected = comparison.select_effects(fit.model)
-    if selected.effects == fit.model.effects:
+    try:
+        selected = comparison.select_effects(fit.model)
+        if selected.effects == fit.model.effects:
+            return dependence
+        again = comparison.compare(selected)
+    except OutOfTimeError:
         return dependence
-    again = comparison.compare(selected)
     return min(again, dependence, key=lambda d: d.separate_nrmse)
 
 
 def dependence_on_conditions(context: Context, fit: Fit) -> ConditionDependence | None:
-    """Estimate the dependence on stated conditions; None where there are none or a simulation diverges."""
+    """Estimate the dependence on stated conditions.
+
+    None where there are none, a simulation diverges, or the time budget is spent.
+    """
     try:
         dependence = estimate_condition_dependence(context, fit)
     except SimulationError as error:
         context.progress.message(f"no dependence on conditions estimated: {error}")
+        return None
+    except OutOfTimeError:
+        context.progress.message("no dependence on conditions estimated: the time budget is spent")
         return None
     if dependence is not None:
         context.progress.message(
@@ -151,7 +161,9 @@ class _Comparison:
     def _fits(self, model: Model, paths: Sequence[str], segments: Sequence[FitSegment]) -> dict[str, Fit]:
         """Fit paths of a model to the estimation runs of each condition."""
         of = {c: [t for t in segments if self.labels[t.segment.run_index] == c] for c in self.conditions}
-        return {c: fit_output_error(self.context, model, paths, segments=part) for c, part in of.items()}
+        fits = {c: fit_output_error(self.context, model, paths, segments=part) for c, part in of.items()}
+        self.context.check_time()  # a fit that the time ended is no estimate
+        return fits
 
     def _error(self, fits: Mapping[str, Fit]) -> float:
         """Error on the validation runs, each with the model of its condition."""

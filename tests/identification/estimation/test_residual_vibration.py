@@ -44,3 +44,13 @@ def test_a_second_mode_and_a_resonance_are_vibrations(seed: int) -> None:
     resonance = sosfilt(butterworth(1, [2.8, 3.2], 1.0 / DT), rng.standard_normal((1, len(T))), np.zeros((1, 1, 2)))[0]
     for residual in (mode, resonance / resonance.std()):
         assert is_vibration(SETTINGS, vibration_share([prediction(residual + noise)]))
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_a_vibration_of_one_channel_counts_in_any_unit(unit: float) -> None:
+    rng = np.random.default_rng(5)
+    vibrating = unit * (np.cos(2.0 * np.pi * 5.0 * T) + 0.02 * rng.standard_normal(len(T)))
+    residuals = np.stack([vibrating, 50.0 * rng.standard_normal(len(T))])
+    comparison = Comparison(("z", "az"), residuals, np.zeros_like(residuals), DT)
+    share = vibration_share([Prediction(cast(Any, None), comparison.simulated, comparison, None)])
+    assert share.share > 0.9 and is_vibration(SETTINGS, share)

@@ -16,7 +16,14 @@ from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.loop import close_loop
-from railui.identification.structure.equivalent_inputs import WindowedShare, _noise, _share, locate_forces
+from railui.identification.structure.equivalent_inputs import (
+    ForceLocation,
+    WindowedShare,
+    _noise,
+    _share,
+    _standard_error,
+    locate_forces,
+)
 from railui.progress import Progress
 from railui.report.loop.data import loop_report
 from tests.blind.simulated import SimulatedCampaign, calibrated, simulated_campaign
@@ -107,3 +114,20 @@ def test_the_share_of_forces_is_one_ratio_over_all_segments():
     assert _share([segment(100.0, 60.0)]) == pytest.approx(0.2)
     assert _share([segment(100.0, 60.0), segment(-0.5, -1.0)]) == pytest.approx(9.25 / 49.75)
     assert _share([segment(-0.5, -1.0)]) == 0.0
+
+
+def test_locations_are_compared_on_the_segments_that_both_have():
+    """One segment has seven channels, the other three, too few for a location of three forces."""
+    many, few = np.full(4, 10.0), np.full(4, 2.0)
+    whole = WindowedShare(many, 0.9 * many, 1 / 7, 0), WindowedShare(few, 0.4 * few, 1 / 3, 1)
+    part = (WindowedShare(many, 0.8 * many, 3 / 7, 0),)
+    first = ForceLocation("primary_lateral", 1, _share(whole), 1, 0.0, whole)
+    other = ForceLocation("contact", None, _share(part), 3, 0.0, part)
+    lead, standard_error = first.lead(other)
+    assert lead == pytest.approx((0.9 - 1 / 7) / (6 / 7) - (0.8 - 3 / 7) / (4 / 7))
+    assert standard_error == pytest.approx(0.0, abs=1e-12)
+    assert first.chance == pytest.approx((1 / 7 + 1 / 3) / 2)
+    swapped = ForceLocation("primary_lateral", 1, _share(whole), 1, 0.0, whole[::-1])
+    assert swapped.lead(other) == pytest.approx(first.lead(other)) and swapped.chance == pytest.approx(first.chance)
+    assert _standard_error(whole) == pytest.approx(_standard_error(whole[::-1]))
+    assert first.lead(ForceLocation("frame", None, 0.2, 2))[1] == np.inf

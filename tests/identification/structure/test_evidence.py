@@ -180,6 +180,19 @@ def test_only_the_given_results_are_tested_against_the_whole_library():
         assert p == pytest.approx((1 + (highest >= size(tested)).sum()) / 101)
 
 
+@pytest.mark.parametrize("is_uneven", [False, True])
+def test_few_blocks_of_noise_are_seldom_a_finding(is_uneven: bool):
+    """With four blocks random signs have eight patterns: every twentieth library of noise would be found at 1 %."""
+    rng = np.random.default_rng(8)
+    p = []
+    for seed in range(300):
+        norms = rng.gamma(0.5, 1.0, (20, 4)) + 1e-3 if is_uneven else np.ones((20, 4))
+        noise = [result(np.sqrt(n) * rng.standard_normal(4), n) for n in norms]
+        p.append(family_wise_test(noise, replace(ScoreTestSettings(), bootstrap_draws=400), seed)[0])
+    assert np.sum(np.array(p) <= 0.01) < 10  # 3 are expected
+    assert 15 <= np.sum(np.array(p) <= 0.1) <= 45  # 30 are expected
+
+
 def test_an_empty_library_never_exceeds_the_critical_score():
     assert family_wise_test([], FEW_DRAWS, 0) == (1.0, float("inf"))
 

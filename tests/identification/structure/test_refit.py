@@ -11,7 +11,12 @@ import pytest
 from railui.campaign.settings.detection import RefitSettings, SelectionSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit, NormalEquations
-from railui.identification.structure.refit import cross_validation_errors, refit_leading_first
+from railui.identification.structure.refit import (
+    Refit,
+    cross_validation_errors,
+    cross_validation_nrmse,
+    refit_leading_first,
+)
 
 BLOCKS, SAMPLES = 10, 30
 PRIOR, PRIOR_SD = np.array([1.0, -0.5, 0.0]), np.array([0.3, 0.05, np.inf])
@@ -27,7 +32,7 @@ def test_a_left_out_block_is_predicted_by_the_other_blocks_and_the_priors() -> N
     gram = (rows.transpose(0, 2, 1) @ rows)[:, None]
     normal = NormalEquations(gram, BLOCKS * SAMPLES, 0.4)
     free = SimpleNamespace(prior=PRIOR, prior_sd=PRIOR_SD)
-    fit = cast(Fit, SimpleNamespace(normal=normal, free=free, x=estimate))
+    fit = cast(Fit, SimpleNamespace(normal=normal, free=free, least_squares=estimate))
     errors = cross_validation_errors(RefitSettings(), fit)[:, 0]
     precision = normal.variance / PRIOR_SD**2
     for fold in np.array_split(np.arange(BLOCKS), RefitSettings().cross_validation_folds):
@@ -35,6 +40,18 @@ def test_a_left_out_block_is_predicted_by_the_other_blocks_and_the_priors() -> N
         a, b = x[others].reshape(-1, 3), y[others].ravel()
         without = np.linalg.solve(a.T @ a + np.diag(precision), a.T @ b + precision * PRIOR)
         assert errors[fold] == pytest.approx(np.sum((y[fold] - x[fold] @ without) ** 2, axis=1), rel=1e-9)
+
+
+def test_the_cross_validated_error_of_runs_with_different_channels_is_that_of_each_channel() -> None:
+    """Two runs with a lateral displacement of 3, one of them with an angle that counts nowhere and an acceleration."""
+
+    def segment(*channels: str) -> SimpleNamespace:
+        return SimpleNamespace(segment=SimpleNamespace(channels=channels), measured=np.full((len(channels), 4), 3.0))
+
+    segments = (segment("y1", "psi1", "ay1"), segment("y1"))
+    errors = np.array([[8.0, 99.0, 9.0], [10.0, 0.0, 0.0]])  # [block, channel]
+    refit = cast(Refit, SimpleNamespace(fit=SimpleNamespace(segments=segments), block_errors=errors))
+    assert cross_validation_nrmse(refit) == pytest.approx(np.sqrt((18.0 / 72.0 + 9.0 / 36.0) / 2))
 
 
 def fit_of_misfit(rss: float) -> Fit:

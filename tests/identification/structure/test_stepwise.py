@@ -57,6 +57,15 @@ def test_no_pair_is_sought_where_effects_leave_noise(monkeypatch, accepted, left
     assert StepwiseSelection(simulated_campaign().context)._leaves_noise(path) is ends
 
 
+@pytest.mark.parametrize(("nrmse", "floor"), [(np.nan, 0.1), (0.9, np.nan)])
+def test_a_model_that_diverges_on_the_validation_runs_leaves_no_noise(nrmse, floor):
+    stage = SimpleNamespace(
+        validation=SimpleNamespace(nrmse=nrmse), fit=SimpleNamespace(model=SimpleNamespace(effects=()))
+    )
+    selection = StepwiseSelection(simulated_campaign().context)
+    assert not selection._is_noise(scores(0.0), stage, SimpleNamespace(nrmse=floor))
+
+
 def test_a_model_without_effects_is_not_left_to_noise_of_the_track(monkeypatch):
     monkeypatch.setattr(stepwise, "with_track_noise", lambda context, model, validation, floor: (None, None))
     fit = SimpleNamespace(model=SimpleNamespace(effects=()))
