@@ -83,7 +83,7 @@ class Fit:
     simulations
         Vehicles simulated.
     constrained
-        True where the fit met the stability limit.
+        True where the last points that the fit tried met the stability limit.
     block
         Duration [s] of a block of the normal equations.
     slips

@@ -41,8 +41,8 @@ def leave_one_run_out(context: Context, fit: Fit, validation_fit: Fit | None) ->
     Returns
     -------
     list of LeftOutRun
-        One per estimation and validation run; empty with fewer than three runs, for windows, or where a simulation
-        diverges.
+        One per estimation and validation run; empty with fewer than three runs, runs of different channels, windows,
+        phases of rotating parts, or where a simulation diverges.
     """
     if validation_fit is None or any(t.is_window for t in fit.segments):
         return []

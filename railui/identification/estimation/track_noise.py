@@ -39,8 +39,8 @@ def with_track_noise(
     Returns
     -------
     tuple or None
-        None where the level would lie outside the uncertainty of the known one, or the errors of the channels are not
-        in the proportions that noise of the track leaves.
+        None where the level would lie above the uncertainty of the known one, or the errors of the channels are not in
+        the proportions that noise of the track leaves.
     """
     noise, limit = context.noise, _largest_factor(context)
     if not any(noise.get(c, 0.0) > 0.0 for c in TRACK_COLUMNS):

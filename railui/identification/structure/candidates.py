@@ -152,7 +152,7 @@ def _sites(
         z = float(np.mean([rms[f"z.{a}.{w}"] for a, w in same])) or 1e-6
         v = float(np.mean([rms[f"v.{a}.{w}"] for a, w in same])) or 1e-5
         k, c = linear[same[0]]
-        if segments[0].kind == "bench":  # the nominal terms say little of the laws that a component may have
+        if segments[0].kind == "bench":  # the laws of a component may be far from its nominal terms
             force = float(np.sqrt(np.mean([s.columns["F"].var() for s in segments])))
             k, c = force / z, force / v
         k = k or _reference_stiffness(at, linear, general["m"], v / z)

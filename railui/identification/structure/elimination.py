@@ -22,8 +22,8 @@ REMOVAL_TOLERANCE = 1e-4
 def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep], previous: Stage | None) -> Stage:
     """Remove the least needed effect until all are needed, see `_is_needed`; updates `steps`.
 
-    previous: the model before the last effect was added; None where it was one of a pair, whose halves are judged
-    each without the other.
+    previous: the model before the last effect was added; None where it was one of a pair, of which each is tested
+    without the other.
     """
     removed = True
     while removed and not context.is_out_of_time:

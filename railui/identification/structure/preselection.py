@@ -1,4 +1,4 @@
-"""Preselection: scores on the first part of the runs, which say what is scored on the whole of it."""
+"""Preselection: scores on the first part of the runs select the candidates that are scored on all of them."""
 
 from __future__ import annotations
 

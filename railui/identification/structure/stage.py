@@ -24,11 +24,12 @@ class SelectionStep:
         Candidates fitted with the effects of the model before this step, each alone; those of the first step are
         compared with the model without effects.
     pairs
-        Pairs that were looked at from the model of this step; None: none.
+        Pairs that were scored from the model of this step; None: none.
     in_pair
         True where the effect was added together with that of the step before or after.
     alternatives
-        The effect and others in its place, fitted together with all other effects of the model; empty: none fitted.
+        The effect and others in its place, fitted together with the other effects that the model had then; empty: none
+        fitted.
     """
 
     score_test: ScoreTestResult

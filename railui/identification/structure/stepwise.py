@@ -154,8 +154,8 @@ class StepwiseSelection:
     def _with_pair(self, path: _Path) -> _Path | None:
         """Look for a pair of effects where single ones leave a structure; None where none gains, or nothing is left.
 
-        A pair is added to the last model, or to the one before in place of its last effect. The pairs that were looked
-        at are noted in the steps.
+        A pair is added to the last model, or to the one before in place of its last effect. The pairs that were scored
+        are noted in the steps.
         """
         accepted = path.stages[path.accepted]
         if self._is_adequate(accepted, path.floor) or self.context.is_out_of_time or self._leaves_noise(path):
