@@ -200,6 +200,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         has_freed_members=freed_members_lower_error(context, selection.freed, selection.validation),
         is_out_of_time=is_cut,
         diverges=bool(validations["after"].diverged),
+        exceeds_noise=validations["after"].nrmse > context.settings.verdict.max_noise_ratio * floor.nrmse,
     )
     context.progress.message(
         f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"

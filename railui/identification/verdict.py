@@ -116,6 +116,7 @@ def decide_verdict(
     has_freed_members: bool = False,
     is_out_of_time: bool = False,
     diverges: bool = False,
+    exceeds_noise: bool = False,
 ) -> Verdict:
     """Apply the rules of the verdict.
 
@@ -135,6 +136,8 @@ def decide_verdict(
         Whether the time budget ended before the search for effects and discrepancies did.
     diverges
         Whether the final model diverges on a validation run: its effects then explain only a part.
+    exceeds_noise
+        Whether the error with effects is so far above the noise floor that it is no noise, whatever its structure.
     """
     has_structure = remainder.structured or remainder.coherent
     is_outside = has_discrepancy or has_freed_members or (not is_noise and (has_structure or is_out_of_time))
@@ -142,5 +145,6 @@ def decide_verdict(
         if diverges:
             return Verdict.PARTIAL
         is_whole = explained is None or explained.value >= settings.min_explained_share
-        return Verdict.EFFECT if is_whole or is_adequate or not (has_structure or is_outside) else Verdict.PARTIAL
+        leaves_noise = not (has_structure or is_outside or exceeds_noise)
+        return Verdict.EFFECT if is_whole or is_adequate or leaves_noise else Verdict.PARTIAL
     return Verdict.OUTSIDE if is_outside else Verdict.NONE

@@ -18,6 +18,7 @@ from railui.vehicle.load_states import STATE_PATH, values_in_load_state
 from railui.vehicle.multibody import Structure
 from railui.vehicle.parameter import Parameter
 from railui.vehicle.parameters import (
+    BENCH_PARAMETERS,
     DEFAULTS_BY_USE,
     PARAMETERS,
     RIDING,
@@ -85,7 +86,9 @@ class Design:
     @property
     def parameters(self) -> Mapping[str, Parameter]:
         """Parameter records of the vehicle's numbers by path, without those of `contact.profiles`."""
-        return PARAMETERS if self.structure is None else self.structure.parameters
+        if self.structure is not None:
+            return self.structure.parameters
+        return BENCH_PARAMETERS if self.form == "bench" else PARAMETERS
 
     @property
     def values_with_sites(self) -> Mapping[str, float]:

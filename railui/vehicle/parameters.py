@@ -148,8 +148,10 @@ RIG = _in_group(
         usual_range=(-INFINITE, INFINITE),
     ),
 )
-# a component whose motion is prescribed needs no mass and has no gain
-BENCH = tuple(p for p in RIG if p.key not in ("mass", "gain"))
+# a component whose motion is prescribed needs no mass and has no gain; its stiffness may be negative (snap-through)
+BENCH = tuple(
+    replace(p, minimum=-MAX_PLAUSIBLE) if p.key == "stiffness" else p for p in RIG if p.key not in ("mass", "gain")
+)
 FLOOR = "a carbody on its secondary suspension"
 SHARE = "admissible share of time with flange contact"
 
@@ -188,6 +190,7 @@ RIDING = _in_group(
 
 FORMS: dict[str, tuple[Parameter, ...]] = {"bogie": VEHICLE + CONTACT, "rig": RIG, "bench": BENCH}
 PARAMETERS: dict[str, Parameter] = {p.path: p for p in VEHICLE + CONTACT + PROFILES + RIG + RIDING}
+BENCH_PARAMETERS: dict[str, Parameter] = PARAMETERS | {p.path: p for p in BENCH}
 # choices of words and switches; the first is the default
 SETTINGS: dict[str, tuple[str | bool, ...]] = {
     "riding.use": ("long_distance", "local", "goods"),

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from railui.arrays import FloatArray
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import read_dataset
+from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.gauss_newton import GaussNewton
@@ -24,6 +26,7 @@ from railui.io.problems import FileProblems
 from railui.report.loop.data import loop_report
 from railui.report.loop.element_file import element_text
 from railui.report.loop.files import write_loop
+from railui.vehicle.design_reader import parse_design
 from railui.vehicle.effects import kernel_catalogue
 from railui.vehicle.element import load_element
 
@@ -32,14 +35,24 @@ VEHICLE = "vehicle: {rig: {input: motion, stiffness: 1 kN/m, damping: 1 kN*s/m}}
 MOTIONS = ((20.0, 0.5), (6.0, 2.0), (10.0, 1.0), (12.0, 0.8))  # mm, Hz
 
 
+def sine(seed: int, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Displacement and speed of a run at times t."""
+    amplitude, f = MOTIONS[seed % len(MOTIONS)]
+    w = 2.0 * np.pi * f
+    return amplitude * 1e-3 * np.sin(w * t), amplitude * 1e-3 * w * np.cos(w * t)
+
+
 def sines(folder: Path, name: str, friction: float, seed: int, samples: int) -> None:
     """Write a run: four sines of growing speed; F = 2000 z + 1500 z' + 25 + friction tanh(z'/0.01) + noise of 1 N."""
-    amplitude, f = MOTIONS[seed % len(MOTIONS)]
     t = np.arange(samples) * 0.005
-    z = amplitude * 1e-3 * np.sin(2.0 * np.pi * f * t)
-    v = amplitude * 1e-3 * 2.0 * np.pi * f * np.cos(2.0 * np.pi * f * t)
-    force = 2000.0 * z + 1500.0 * v + 25.0 + friction * np.tanh(v / 0.01)
-    force += np.random.default_rng(seed).standard_normal(len(t))
+    z, v = sine(seed, t)
+    write_run(folder, name, seed, t, 2000.0 * z + 1500.0 * v + 25.0 + friction * np.tanh(v / 0.01))
+
+
+def write_run(folder: Path, name: str, seed: int, t: FloatArray, force: FloatArray) -> None:
+    """Write a run with a noise of 1 N."""
+    z, v = sine(seed, t)
+    force = force + np.random.default_rng(seed).standard_normal(len(t))
     rows = "\n".join(f"{a:.4f},{1e3 * b:.6f},{1e3 * c:.5f},{d:.4f}" for a, b, c, d in zip(t, z, v, force, strict=True))
     (folder / name).write_text(f"t [s],z [mm],vz [mm/s],F [N]\n{rows}\n")
 
@@ -57,6 +70,41 @@ def campaign(folder: Path, frictions: dict[str, float], samples: int = 1600) -> 
             lines.append(f"  - {{file: {name}, role: {role}{conditions}}}")
     (folder / "campaign.yaml").write_text("\n".join(lines) + "\n")
     return folder
+
+
+def component(folder: Path, law: Callable[[FloatArray, FloatArray], FloatArray], delay: float = 0.0) -> Dataset:
+    """Write and read a campaign of a component with a law F(z, z'), of which the force may be recorded late."""
+    campaign(folder, {"": 0.0})
+    t = np.arange(1600) * 0.005
+    for k in range(3):
+        write_run(folder, f"run__{k}.csv", k, t, law(*sine(k, t - delay)))
+    return read_dataset(load_campaign(folder))
+
+
+def test_a_negative_stiffness_is_no_effect(tmp_path: Path) -> None:
+    loop = close_loop(component(tmp_path / "snap", lambda z, v: -9000.0 * z + 40.0 * v + 5.0))
+    assert loop.verdict == "none"
+    assert loop.before.model.value("vehicle.rig.stiffness") == pytest.approx(-9000.0, rel=1e-3)
+
+
+def test_only_a_component_whose_motion_is_prescribed_has_a_negative_stiffness() -> None:
+    snap = "vehicle: {rig: {input: motion, stiffness: -9 kN/m, damping: 40 N*s/m}}"
+    assert parse_design(snap).values["vehicle.rig.stiffness"] == -9000.0
+    with pytest.raises(FileProblems, match="too small for the stiffness of the linear spring"):
+        parse_design("vehicle: {rig: {mass: 90 kg, stiffness: -9 kN/m}}")
+
+
+def test_a_snap_through_spring_is_named_by_its_cubic_term(tmp_path: Path) -> None:
+    loop = close_loop(component(tmp_path / "snap", lambda z, v: -9000.0 * z + 1.2e8 * z**3 + 40.0 * v))
+    assert loop.verdict == "effect" and [e.kind for e in loop.after.model.effects] == ["cubic_stiffness"]
+    assert loop.after.model.value("effects.0.stiffness") == pytest.approx(1.2e8, rel=0.01)
+
+
+def test_a_force_that_is_recorded_late_is_a_delay_of_its_sensor(tmp_path: Path) -> None:
+    """Not a damper in series with a spring, which a delay resembles."""
+    loop = close_loop(component(tmp_path / "late", lambda z, v: 2000.0 * z + 800.0 * v, delay=0.003))
+    assert loop.verdict == "effect" and [(e.kind, e.at) for e in loop.after.model.effects] == [("sensor_delay", "F")]
+    assert loop.after.model.value("sensors.0.delay") == pytest.approx(0.003, rel=0.02)
 
 
 @pytest.fixture(scope="module")

@@ -114,6 +114,20 @@ def test_an_effect_that_leaves_no_structure_is_the_effect():
     assert verdict(0.71, remainder(structured=True), accepted=True, adequate=True) == "effect"
 
 
+def test_an_effect_that_leaves_many_noise_floors_is_a_part_whatever_their_structure():
+    rules = {"is_adequate": False, "is_noise": True, "has_discrepancy": False}
+
+    def verdict_of(share: float, *, exceeds: bool) -> Verdict:
+        explained = Explained(share, 0.01)
+        settings, left = VerdictSettings(), remainder()
+        return decide_verdict(
+            settings, has_effects=True, explained=explained, remainder=left, **rules, exceeds_noise=exceeds
+        )
+
+    assert verdict_of(0.62, exceeds=True) == "partial" and verdict_of(0.62, exceeds=False) == "effect"
+    assert verdict_of(0.95, exceeds=True) == "effect"
+
+
 def test_effects_with_which_the_model_diverges_are_no_whole_explanation():
     left = remainder()
     rules = {"explained": None, "remainder": left, "is_adequate": True, "is_noise": True, "has_discrepancy": False}

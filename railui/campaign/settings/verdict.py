@@ -17,6 +17,11 @@ class VerdictSettings:
         meaning="Share of the squared error beyond noise from which the added effects are the explanation.",
         provenance="conventional: nine tenths; below, the verdict is partial where a structure is left",
     )
+    max_noise_ratio: float = setting(
+        10.0,
+        minimum=1.0,
+        meaning="NRMSE over the noise floor up to which a residual without structure, beside effects, counts as noise.",
+    )
     min_location_share: float = setting(
         0.3,
         maximum=1.0,

@@ -127,7 +127,7 @@ def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
         usual = (min(0.0, 10 * nominal), max(10 * nominal, 1.0))
     if path.startswith("vehicle.rig"):
         reach = context.settings.calibration.rig_parameter_range * max(abs(nominal), rig_scale(context, model, path))
-        usual = (-reach if path.endswith(("gain", "preload")) else 0.0, reach)
+        usual = (-reach if parameter.minimum < 0.0 else 0.0, reach)
     low = min(usual[0], 0.1 * nominal)
     high = max(usual[1], 10 * nominal)
     # a free decay has no input, so that its gain keeps the nominal value

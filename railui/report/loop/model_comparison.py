@@ -53,9 +53,10 @@ def rank_candidates(result: LoopResult) -> list[dict[str, Any]]:
 
 
 def significant_below_threshold(result: LoopResult) -> list[dict[str, Any]]:
-    """Return the best refits of every step that added no effect, since their gain was too small."""
+    """Return the best refits of every step with a significant score that added no effect: their gain was too small."""
     rows = []
-    for step in result.steps:
+    level = result.context.settings.score_test.significance_level
+    for step in (s for s in result.steps if s.score_test.p <= level):
         for refit in step.refits[:MAX_BELOW_THRESHOLD] if step.added is None and not step.in_pair else ():
             if refit.candidate is not None:
                 rho = refit.score_result.rho if refit.score_result else None
