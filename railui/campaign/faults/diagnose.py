@@ -20,6 +20,7 @@ from railui.campaign.faults.response import ResponseConsistency, find_response_f
 from railui.campaign.faults.response_spectra import response_spectra, vehicle_rows
 from railui.campaign.faults.search import FaultSearch, Transform
 from railui.campaign.faults.spectra import RunSpectra, run_spectra
+from railui.campaign.faults.units_of_runs import units_of_runs
 from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
 from railui.campaign.segment import Segment
@@ -72,6 +73,9 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
         faults += _faults_by_response(dataset, runs, faults, jobs)
         faults += _faults_against_model(dataset, runs, faults)
         faults += _reversed_cross_level(dataset, runs, faults)
+    else:
+        faulty = {name for f in faults if f.serious for name in f.files}
+        faults += [f for f in units_of_runs(runs) if faulty.isdisjoint(f.files)]
     # only reading applies a named unit, each search needs its gain
     return ordered([_with_named_unit(fault, dataset) for fault in (*faults, *waveform)])
 

@@ -1,0 +1,104 @@
+"""Unit of a channel of a rig in one run: its response to the input is powers of ten off that in the other runs.
+
+A response that is not linear, or a resonance, does not change by a factor of 100 at the same frequency of the input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from railui.arrays import FloatArray
+from railui.campaign.corrections.correction import Correction, Corrections, yaml_line
+from railui.campaign.faults.fault import Fault
+from railui.campaign.segment import Segment
+from railui.dsp.spectra import csd, welch
+
+WINDOWS = 4  # in the shortest record
+MIN_INPUT_POWER = 1e-2  # of the largest density of the input, where a response is known
+MIN_FREQUENCIES = 3  # at which the input of both runs has power
+MIN_DECADES = 2
+MAX_DEVIATION = 0.35  # decades, of the ratio of the responses from a power of ten
+
+
+def units_of_runs(runs: Mapping[str, Sequence[Segment]]) -> list[Fault]:
+    """Find the channels of which one run has another unit than the others.
+
+    runs: segments by the name of their run, all of a rig with an input, or of a component whose motion is prescribed.
+    """
+    records = {name: max(parts, key=lambda s: s.samples) for name, parts in runs.items()}
+    names = list(records)
+    reference = "z" if all(s.kind == "bench" for s in records.values()) else "u"
+    if len(names) < 2 or not all(np.any(s.columns.get(reference, 0.0)) for s in records.values()):
+        return []
+    seconds = min(s.samples * s.dt for s in records.values()) / WINDOWS
+    found: dict[str, dict[str, int]] = {}  # powers of ten by run and channel
+    for channel in dict.fromkeys(c for s in records.values() for c in s.channels if c != reference):
+        having = [name for name in names if channel in records[name].channels]
+        for i, decades in _off_by_decades([records[name] for name in having], channel, reference, seconds):
+            found.setdefault(having[i], {})[channel] = decades
+    other = names[0] if len(names) == 2 else None  # of two runs either may be wrong
+    return [_fault(run, decades, records[run], reference, other) for run, decades in found.items()]
+
+
+def _off_by_decades(records: Sequence[Segment], channel: str, reference: str, seconds: float) -> list[tuple[int, int]]:
+    """Records whose response is off that of the largest group of equal ones, or of the first, and powers of ten."""
+    logs = [_log_response(s, channel, reference, seconds) for s in records]
+    n = len(records)
+    apart = np.array([[_decades_apart(logs[i], logs[j]) for j in range(n)] for i in range(n)])
+    agreeing = np.sum(np.abs(apart) < 1.0, axis=1)  # NaN where the inputs have no frequency in common
+    main = int(np.argmax(agreeing))
+    off = []
+    for i in range(n):
+        decades = round(apart[i, main]) if np.isfinite(apart[i, main]) else 0
+        if abs(decades) >= MIN_DECADES and abs(apart[i, main] - decades) <= MAX_DEVIATION:
+            off.append((i, decades))
+    return off
+
+
+def _log_response(segment: Segment, channel: str, reference: str, seconds: float) -> FloatArray:
+    """Logarithm to base 10 of the response per frequency k / seconds; NaN where the input has no power."""
+    rate = 1.0 / segment.dt
+    n = round(seconds * rate)
+    x, y = segment.columns[reference], segment.columns[channel]
+    _, density = welch(x, rate, n)
+    _, cross = csd(x, y, rate, n)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        response = np.log10(np.abs(cross) / density)
+    return np.where(density >= MIN_INPUT_POWER * density.max(), response, np.nan)[1:]
+
+
+def _decades_apart(one: FloatArray, other: FloatArray) -> float:
+    """Median difference of two logarithmic responses; NaN where their inputs have too few frequencies in common."""
+    count = min(len(one), len(other))
+    difference = one[:count] - other[:count]
+    known = difference[np.isfinite(difference)]
+    return float(np.median(known)) if len(known) >= MIN_FREQUENCIES else float("nan")
+
+
+def _fault(run: str, decades: Mapping[str, int], record: Segment, reference: str, other: str | None) -> Fault:
+    """Return the fault of the channels of a run; of its input where all of several channels are off alike.
+
+    other: run of which the same channel may have the wrong unit instead.
+    """
+    measured = [c for c in record.channels if c != reference]
+    is_input = len(measured) > 1 and set(decades) == set(measured) and len(set(decades.values())) == 1
+    gains = {c: 10.0**k for c, k in decades.items()}
+    alternatives = []
+    if is_input:
+        gains = {reference: 1.0 / gains[measured[0]]}
+    elif len(measured) == 1:
+        alternatives.append(yaml_line(_corrections({reference: 1.0 / gains[measured[0]]}, run)))
+    if other is not None:
+        alternatives.append(yaml_line(_corrections({c: 1.0 / gain for c, gain in gains.items()}, other)))
+    gain = next(iter(gains.values()))
+    size = f"{gain:g} times too large" if gain > 1 else f"{1 / gain:g} times too small"
+    verb = "are" if len(gains) > 1 else "is"
+    text = f"{', '.join(gains)} {verb} {size} for the same input as in the other runs"
+    corrections = _corrections(gains, run)
+    return Fault("unit", tuple(gains), gain, None, "1", (run,), text, True, corrections, tuple(alternatives))
+
+
+def _corrections(gains: Mapping[str, float], run: str) -> Corrections:
+    return Corrections(tuple(Correction(c, gain=gain, runs=(run,)) for c, gain in gains.items()))
