@@ -129,9 +129,9 @@ def unreached_motion_notes(result: LoopResult) -> list[str]:
         )
         if 0.0 < UNREACHED_RATIO * adjusted < validated:
             notes.append(
-                f"{channel} moves by {1e3 * validated:.3g} mm on the validation runs, by {1e3 * adjusted:.3g} mm at most "
-                "on the estimation runs: a law that acts only beyond is not estimated; give a run that reaches it the "
-                "role adjust"
+                f"{channel} moves by {1e3 * validated:.3g} mm on the validation runs, by {1e3 * adjusted:.3g} mm at "
+                "most on the estimation runs: a law that acts only beyond is not estimated; give a run that reaches it "
+                "the role adjust"
             )
     return notes
 
