@@ -145,7 +145,7 @@ def locate_discrepancy(context: Context, fit: Fit, variation: Discrepancy | None
     forces = locate_forces(context, fit)
     locating = [f for f in forces if f.can_locate(settings)]
     origin = locating[0] if locating else None
-    if origin is None and any(len(t.measured) == 1 for t in fit.segments):
+    if origin is None and fit.model.design.is_on_track and any(len(t.measured) == 1 for t in fit.segments):
         progress.message("  a single channel was measured: forces at any location can explain its residual")
     elif origin is not None:
         progress.message(

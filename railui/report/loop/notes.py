@@ -13,13 +13,12 @@ from railui.identification.result import LoopResult
 from railui.identification.structure.candidate_scores import has_structure
 from railui.identification.unmodelled.discrepancy import is_at_noise_floor
 from railui.report.loop.conditions import condition_notes
+from railui.report.loop.motion_notes import unreached_motion_notes
 from railui.report.loop.noise import known_noise_text, noise_notes
-from railui.report.loop.rig_notes import rig_notes
+from railui.report.loop.rig_notes import filter_notes, late_input_notes, unstated_input_noise_notes
 from railui.report.loop.wording import MODEL_LABELS
 
 MAX_NAMED_CHANNELS = 3
-DISPLACEMENTS = ("e1", "e2", "d1", "d2", "z")
-UNREACHED_RATIO = 1.3  # of the motion on the validation runs to that on the estimation runs
 
 
 def report_notes(result: LoopResult) -> list[str]:
@@ -42,7 +41,9 @@ def report_notes(result: LoopResult) -> list[str]:
     return [
         *notes,
         *noise_notes(result.context.noise),
-        *rig_notes(result.dataset),
+        *filter_notes(result.dataset),
+        *unstated_input_noise_notes(result),
+        *late_input_notes(result),
         *absent_cross_level_notes(result.dataset),
         *track_noise_notes(result),
         *unstructured_residual_notes(result),
@@ -115,25 +116,6 @@ def unstated_track_noise_notes(dataset: Dataset) -> list[str]:
         "track columns passes through the vehicle into every channel; where it is not zero the noise floor is too low "
         "and the verdict can change"
     ]
-
-
-def unreached_motion_notes(result: LoopResult) -> list[str]:
-    """Return a note where the validation runs move beyond the motion of the estimation runs and something is left."""
-    if result.verdict not in ("outside", "partial"):
-        return []
-    notes = []
-    for channel in sorted({c for s in result.dataset.selection for c in s.channels if c in DISPLACEMENTS}):
-        adjusted, validated = (
-            max((float(np.ptp(s.columns[channel])) / 2 for s in segments if channel in s.columns), default=0.0)
-            for segments in (result.dataset.estimation, result.dataset.selection)
-        )
-        if 0.0 < UNREACHED_RATIO * adjusted < validated:
-            notes.append(
-                f"{channel} moves by {1e3 * validated:.3g} mm on the validation runs, by {1e3 * adjusted:.3g} mm at "
-                "most on the estimation runs: a law that acts only beyond is not estimated; give a run that reaches it "
-                "the role adjust"
-            )
-    return notes
 
 
 def unstructured_residual_notes(result: LoopResult) -> list[str]:

@@ -1,11 +1,16 @@
-"""Notes of the loop report on the records of rigs: drift that is not compared, and noise of prescribed motions."""
+"""Notes of the loop report on rigs: filters of their records, noise of their input, and an input recorded late."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from railui.campaign.dataset import Dataset
+from railui.identification.result import LoopResult
+
+MAX_DELAY_DIFFERENCE = 0.05  # relative, of sensors whose input is late
 
 
-def rig_notes(dataset: Dataset) -> list[str]:
+def filter_notes(dataset: Dataset) -> list[str]:
     """Return how the records of a rig were filtered before the comparison."""
     notes = []
     limits = [s.drift_limit for s in dataset.segments if s.drift_limit]
@@ -17,3 +22,33 @@ def rig_notes(dataset: Dataset) -> list[str]:
         width = f"{min(edges):.3g}" if min(edges) == max(edges) else f"{min(edges):.3g} to {max(edges):.3g}"
         notes.append(f"the prescribed motion ({', '.join(columns)}) is noisy: taken below a low-pass at {width} Hz")
     return notes
+
+
+def unstated_input_noise_notes(result: LoopResult) -> list[str]:
+    """Return a warning where a rig leaves a residual and no noise of its input is stated."""
+    segments = result.dataset.segments
+    is_driven = all(s.kind == "rig" for s in segments) and any(np.any(s.columns.get("u", 0.0)) for s in segments)
+    known = {**result.dataset.campaign.noise, **result.context.noise}
+    if not is_driven or known.get("u") or result.verdict not in ("outside", "partial"):
+        return []
+    return [
+        "no noise is stated for the input u: taken as zero. Noise of its record moves the model as an unmeasured force "
+        "moves the rig; state it (`noise: {u: ...}`) before the residual is taken for one"
+    ]
+
+
+def late_input_notes(result: LoopResult) -> list[str]:
+    """Return a note where all of several channels of a rig have the same delay: the input is recorded late or early."""
+    effects, dataset = result.after.model.effects, result.dataset
+    delays = {e.at: float(e.parameters["delay"]) for e in effects if e.kind == "sensor_delay"}  # type: ignore[arg-type]
+    channels = {c for s in dataset.segments for c in s.channels}
+    if len(channels) < 2 or set(delays) != channels or not all(s.kind == "rig" for s in dataset.segments):
+        return []
+    mean = float(np.mean(list(delays.values())))
+    if any(abs(x - mean) > MAX_DELAY_DIFFERENCE * abs(mean) for x in delays.values()):
+        return []
+    late, size = ("late" if mean < 0.0 else "early"), 1e3 * abs(mean)
+    return [
+        f"{', '.join(sorted(delays))} have the same delay: not they, but the input u is recorded {size:.3g} ms {late}; "
+        f"correct it by `sensors: {{u: {{delay: {-1e3 * mean:.3g} ms}}}}`"
+    ]
