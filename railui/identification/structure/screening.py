@@ -23,6 +23,7 @@ from railui.parallel import map_threads
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
+RIG_STIFFNESS = "vehicle.rig.stiffness"
 T = TypeVar("T")
 R = TypeVar("R")
 StartingPoint = tuple[PlacedEffect, Mapping[str, float]]
@@ -135,7 +136,28 @@ class ScreeningFits:
         for some in (order[:leading], order[leading:]):
             fits.update(zip(some, self._map(lambda s: self._continue_if_close(s, fits[s]), some), strict=True))
             self.least_rss = min([self.least_rss, *(fits[s].normal.rss for s in some)])
+        if self.is_rig:
+            self._improve_clearance(fits)
         return list(fits.items())
+
+    def _improve_clearance(self, fits: dict[ScoreResult, Fit]) -> None:
+        """Fit a clearance from the estimates of a stop as well: without a spring in the gap both are one law.
+
+        From its own starting points the motion of a clearance may end in a wrong valley.
+        """
+        of_kind = {s.candidate.kind: s for s in fits}
+        stop, clearance = of_kind.get("bump_stop"), of_kind.get("free_play")
+        if stop is None or clearance is None or fits[stop].normal.rss >= fits[clearance].normal.rss:
+            return
+        model = fits[stop].model
+        effect = model.design.effects[-1]
+        gap, stiffness = (float(effect.parameters[key]) for key in ("gap", "stiffness"))  # type: ignore[arg-type]
+        linear = np.array([model.value(RIG_STIFFNESS) + stiffness])
+        base = model.without_effect(len(model.design.effects) - 1).with_path_values([RIG_STIFFNESS], linear)
+        fit = self._start((PlacedEffect("free_play", effect.at, None, {"half_width": gap}), {}), base=base)
+        if fit is not None:
+            fit = self._iterate(fit, self.settings.rig_iterations)
+            fits[clearance] = min(fits[clearance], fit, key=lambda f: f.cost)
 
     def fit_together(self, effects: Sequence[PlacedEffect]) -> Fit | None:
         """Fit several effects at once from one starting point; None where they cannot be simulated."""

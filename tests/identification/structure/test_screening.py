@@ -7,12 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read_dataset
+from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
-from railui.identification.structure.candidate_scores import NO_SCORE_TEST
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST, run_score_test
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.screening import ScreeningFits
 from tests.blind.simulated import simulated_campaign
+from tests.truth.effects import effect
+from tests.truth.rig import Bench, write
 
 
 @pytest.mark.parametrize(("share", "fitted"), [(0.01, ["primary_yaw"]), (0.5, [])])
@@ -35,3 +40,21 @@ def test_a_candidate_starts_where_the_limits_of_its_law_allow_it():
     scores = replace(NO_SCORE_TEST, results=(far,), best=(far,))
     [(_, fit)] = screening.fit_candidates(scores, [far])
     assert fit is not None and abs(fit.model.value("effects.0.ratio")) < 1.0
+
+
+def test_a_clearance_of_a_rig_starts_from_a_stop_that_fits_better(tmp_path):
+    """A stop without a spring in its gap is a clearance, whose own starting points may end in a wrong valley."""
+    clearance = effect("free_play", "rig", half_width=1e-3)
+    write(Bench(seconds=(3.0, 2.0), rate=500.0, seed=2, effects=[clearance]), tmp_path)
+    context = create_context(read_dataset(load_campaign(tmp_path)), jobs=1)
+    fit = calibrate(context)
+    screening, scores = ScreeningFits(context, fit), run_score_test(context, fit)
+    kinds = ("free_play", "bump_stop")
+    play, stop = (next(s for s in scores.best if s.candidate.kind == kind) for kind in kinds)
+    fits = dict(screening.fit_candidates(scores, [play, stop]))
+    wrong = screening._start((play.candidate.effect_with({"half_width": 4e-3}), {}))
+    assert wrong is not None and wrong.normal.rss > screening.rss_without_effect
+    fits[play] = wrong
+    screening._improve_clearance(fits)
+    assert fits[play].normal.rss < 0.03 * screening.rss_without_effect
+    assert fits[play].model.value("effects.0.half_width") == pytest.approx(1e-3, rel=0.05)
