@@ -48,7 +48,7 @@ def command(
     are yw, its slope along the track, phiw, its slope and gauge under every wheelset; wheelset i meets the track a time
     delays(i) after the leading one. SI units. Effects that are not linear are left out and named.
 
-    FMU: for Simulink, Dymola, SIMPACK, FMPy on Linux. The inputs are the track under the leading wheelset and its
+    FMU: FMI 3.0 co-simulation on Linux, tested with FMPy. The inputs are the track under the leading wheelset and its
     slopes at the communication points; the outputs are one communication step late. --speed is the start value of the
     parameter `speed`, 40 m/s by default.
     """

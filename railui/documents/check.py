@@ -7,6 +7,8 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
+
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
 from railui.campaign.dataset import read_dataset
@@ -14,11 +16,13 @@ from railui.campaign.faults.diagnose import diagnose
 from railui.contact.profile_reader import SIMPACK_KINDS, read_profile
 from railui.contact.radius_table_reader import read_radius_table
 from railui.documents.recognise import USES_BY_KIND, recognise
+from railui.io.number_format import format_quantity
 from railui.io.problems import FileProblems, Findings, Problem, file_problem
 from railui.io.yaml_document import load_yaml as load_yaml
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
 from railui.planning.plan_file import read_plan_fields
+from railui.runs.columns import columns_of
 from railui.runs.overlap import MAX_SHARED_SHARE, shared_share
 from railui.runs.run import Run, load_run
 from railui.track.line_file import load_line
@@ -35,6 +39,7 @@ LoadedFile: TypeAlias = (
     "Design | Campaign | Study | Element | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray] | object"
 )
 
+UNUSUAL_FACTOR = 3.0  # beyond the range of real vehicles
 READ_ELSEWHERE = {"map": "sensor map", "fleet": "fleet"}
 
 
@@ -107,7 +112,22 @@ def _check_file(
         problems += _check_runs(loaded)
     if isinstance(loaded, Design):
         problems += _check_two_point_contact(loaded)
+        problems += _check_usual_ranges(loaded)
     return problems
+
+
+def _check_usual_ranges(design: Design) -> list[Problem]:
+    """Warn of numbers far outside the range of real vehicles, as one without its unit often is."""
+    findings = load_yaml(design.source).findings() if design.source is not None else Findings(design.name)
+    for path, parameter in design.parameters.items():
+        low, high = parameter.usual_range
+        size = abs(design.values.get(path, 0.0))
+        if size and not low / UNUSUAL_FACTOR <= size <= high * UNUSUAL_FACTOR:
+            value, unit = format_quantity(design.values[path], parameter.unit), parameter.unit
+            usual = f"{format_quantity(low, unit)} to {format_quantity(high, unit)}"
+            message = f"{value} is far from the {usual} of real vehicles"
+            findings.warn(path, message, "a number without a unit is in SI units: check the unit")
+    return findings.problems
 
 
 def _check_two_point_contact(design: Design) -> list[Problem]:
@@ -140,10 +160,30 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     for fault in diagnose(read_dataset(campaign)).faults:
         remedy = f"add `{fault.yaml}`" if fault.yaml else "leave the channel out, or record again"
         findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", remedy)
+    for entry, run in zip(campaign.runs, runs, strict=True):
+        _check_columns(run, entry.name, campaign, findings)
     for name in campaign.noise:
         if name not in measured:
             findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")
     return [*(warning for run in runs for warning in run.warnings), *findings.problems]
+
+
+def _letters(name: str) -> str:
+    """Return the letters and digits of a name, small."""
+    return "".join(c for c in name.lower() if c.isalnum())
+
+
+def _check_columns(run: Run, name: str, campaign: Campaign, findings: Findings) -> None:
+    """Warn of columns with the name of a channel but for its case or points, and of an absent cross-level."""
+    known = {_letters(c): c for c in columns_of(run.kind)}
+    for column in run.unknown_columns:
+        if meant := known.get(_letters(column)):
+            findings.warn("runs", f"{name}: column {column} has no known name and is not used", f"name it {meant}")
+    design = campaign.design
+    needs_cross_level = design.is_on_track and not design.is_on_rollers and np.any(run.columns.get("yw", 0.0))
+    if needs_cross_level and not np.any(run.columns.get("phiw", 0.0)):
+        message = f"{name}: no cross-level (phiw): taken as zero"
+        findings.warn("runs", message, "record it, unless the track has none")
 
 
 def _check_overlap(campaign: Campaign, runs: Sequence[Run], findings: Findings) -> None:

@@ -30,7 +30,7 @@ def twist_warnings(s: FloatArray, cant: FloatArray) -> list[LineWarning]:
 
     >>> s = 0.5 * np.arange(200)
     >>> [str(each) for each in twist_warnings(s, np.where(s < 50.0, 0.0, 0.15))]
-    ['cant: changes by 150 mm over 3 m at 50 m, put a transition there: the vehicle is thrown by such a twist']
+    ['cant: changes by 150 mm over 3 m at 50 m, put a transition there: such a twist excites the vehicle violently']
     >>> twist_warnings(s, 0.002 * s)
     []
     """
@@ -44,7 +44,7 @@ def twist_warnings(s: FloatArray, cant: FloatArray) -> list[LineWarning]:
         return []
     step = i + 1 + int(np.argmax(np.abs(np.diff(cant[i : i + n + 1]))))
     message = f"changes by {1e3 * change[i]:.4g} mm over {base:.3g} m at {s[step]:.6g} m"
-    return [LineWarning(step, "cant", message, "put a transition there: the vehicle is thrown by such a twist")]
+    return [LineWarning(step, "cant", message, "put a transition there: such a twist excites the vehicle violently")]
 
 
 def sign_warnings(curvature: FloatArray, cant: FloatArray) -> list[LineWarning]:

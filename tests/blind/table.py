@@ -61,7 +61,8 @@ def coverage(title: str, rows: Sequence[TrialRow], counts: Callable[[str], bool]
     """Format the share of 90 % intervals with the true value, of the parameters whose path counts.
 
     The limits are those of a bootstrap over the seeds: the parameters of one campaign share its noise, and campaigns
-    of one seed with different effects share vehicle, tracks and noise.
+    of one seed with different effects share vehicle, tracks and noise. Where all or none contain it, a bootstrap has no
+    scatter, and the limits are those of Clopper and Pearson.
     """
     by_seed: dict[int, list[bool]] = defaultdict(list)
     for row in rows:
@@ -72,8 +73,9 @@ def coverage(title: str, rows: Sequence[TrialRow], counts: Callable[[str], bool]
     draws = np.random.default_rng(5).integers(len(table), size=(BOOTSTRAP_DRAWS, len(table)))
     sums = table[draws].sum(axis=1)
     low, high = np.quantile(sums[:, 0] / sums[:, 1], (0.025, 0.975))
-    right, of = table.sum(axis=0)
-    return _line(title, int(right), int(of), (float(low), float(high)))
+    right, of = map(int, table.sum(axis=0))
+    limits = clopper_pearson(right, of) if right in (0, of) else (float(low), float(high))
+    return _line(title, right, of, limits)
 
 
 def is_of_effect(path: str) -> bool:

@@ -120,7 +120,7 @@ def main(words: Sequence[str] | None = None) -> None:
         at = next(i for i, line in enumerate(lines) if line.startswith(MARK))
         end = next(i for i in range(at + 1, len(lines)) if lines[i].startswith("## "))
         note = (
-            f"Processor time on one thread of the machine that wrote this page ({processor()}, {os.cpu_count()} cores, "
+            f"Processor time on one thread of a machine ({processor()}, {os.cpu_count()} cores, "
             "shared with other work; `python -m tests.fleet.speed`), the loop with reading and report; the last "
             "column is scaled, not measured."
         )

@@ -203,7 +203,7 @@ def test_a_simulated_ride_has_zone_one_only_and_its_limits() -> None:
     result = evaluate_simulated("erri_b176_high length=3000 seed=1", BOGIE, 60.0)
     assert result["verdict"] == "limit exceeded" and [z["sections"] for z in result["zones"]] == [12, 0, 0, 0]
     assert any("planar" in note for note in result["notes"])
-    assert not any(q["quantity"] == "wheel lift" for q in result["zones"][0]["quantities"])
+    assert not any(q["quantity"] == "wheel unloading" for q in result["zones"][0]["quantities"])
 
 
 def test_a_vehicle_that_leaves_the_track_fails() -> None:
@@ -245,5 +245,5 @@ def test_a_measured_wheel_without_load_fails(tmp_path: Path) -> None:
     Q = np.where((s > 300.0) & (s < 310.0), -100.0, 50e3)
     path = write_run(tmp_path / "run.csv", s, {"Y1.right [N]": 1e3 * np.sin(s), "Q1.right [N]": Q})
     result = evaluate_measured(path, BOGIE)
-    assert of(result, "wheel lift", "wheelset 1, right")["exceeded"] and result["verdict"] == "limit exceeded"
+    assert of(result, "wheel unloading", "wheelset 1, right")["exceeded"] and result["verdict"] == "limit exceeded"
     assert of(result, "Y/Q", "wheelset 1, right")["values"] == 9  # of ten sections: one has none

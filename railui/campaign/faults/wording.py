@@ -41,7 +41,7 @@ def fault_text(h: Hypothesis) -> str:
     if h.kind == "exchanged":
         return f"{' and '.join(h.channels)} are exchanged"
     if h.kind == "gravity":
-        return f"{names} feels gravity through roll ({h.value:.3g} m/s^2 per rad of cross-level)"
+        return f"{names} contains gravity through roll ({h.value:.3g} m/s^2 per rad of cross-level)"
     if h.kind == "offset":
         late = "further along the line" if h.value > 0 else "earlier on the line"
         return f"the track is recorded {abs(h.value):.3g} m {late} than the vehicle met it"

@@ -32,7 +32,7 @@ from railui.vehicle.model import Model
 from railui.vehicle.on_track import half_gauges
 from railui.vehicle.resolve import ModelSource, resolve_model
 
-KEPT, EXCEEDED, INCOMPLETE = "lateral limits kept", "limit exceeded", "incomplete"
+KEPT, EXCEEDED, INCOMPLETE = "lateral limits met", "limit exceeded", "incomplete"
 DISCLAIMER: Final = "an evaluation by the rules of EN 14363, not an acceptance: see docs/en14363.md for their sources"
 STRAIGHT_NOTE: Final = "simulated: the track is straight, test zones 2 to 4 are missing"
 LATERAL_NOTE: Final = "vertical quantities (Q, vertical accelerations) are not evaluated: the limits are lateral"

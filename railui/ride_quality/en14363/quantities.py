@@ -191,7 +191,7 @@ def _wheel_signals(
         return
     limits = dict.fromkeys(range(1, 5), 1.0)
     unloading = np.where(Q <= 0.0, np.maximum(1.0 - Q / static_load, LIFTED), 1.0 - Q / static_load)
-    yield Signal("wheel lift", f"{place}, {side} wheel", "largest", "1", s, unloading, "largest", limits)
+    yield Signal("wheel unloading", f"{place}, {side} wheel", "largest", "1", s, unloading, "largest", limits)
 
 
 def _body_signals(recording: Recording, vehicle: VehicleData, *, is_simplified: bool) -> Iterator[Signal]:
