@@ -39,7 +39,8 @@ impl Spline {
     ) -> PyResult<()> {
         let width = table.shape()[1];
         let largest = into.iter().flat_map(|(value, slope)| [Some(*value), *slope]).flatten().max();
-        expect_len("columns that the splines need", width, width.max(largest.map_or(1, |i| i + 1))).map_err(to_py_error)?;
+        expect_len("columns that the splines need", width, width.max(largest.map_or(1, |i| i + 1)))
+            .map_err(to_py_error)?;
         let rows = table.as_slice_mut()?;
         py.detach(|| self.0.add_behind(rows, width, behind, &into));
         Ok(())
