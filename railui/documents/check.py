@@ -7,8 +7,6 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-import numpy as np
-
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
 from railui.campaign.dataset import read_dataset
@@ -161,7 +159,7 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
         remedy = f"add `{fault.yaml}`" if fault.yaml else "leave the channel out, or record again"
         findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", remedy)
     for entry, run in zip(campaign.runs, runs, strict=True):
-        _check_columns(run, entry.name, campaign, findings)
+        _check_columns(run, entry.name, findings)
     for name in campaign.noise:
         if name not in measured:
             findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")
@@ -173,17 +171,12 @@ def _letters(name: str) -> str:
     return "".join(c for c in name.lower() if c.isalnum())
 
 
-def _check_columns(run: Run, name: str, campaign: Campaign, findings: Findings) -> None:
-    """Warn of columns with the name of a channel but for its case or points, and of an absent cross-level."""
+def _check_columns(run: Run, name: str, findings: Findings) -> None:
+    """Warn of columns with the name of a channel but for its case or points."""
     known = {_letters(c): c for c in columns_of(run.kind)}
     for column in run.unknown_columns:
         if meant := known.get(_letters(column)):
             findings.warn("runs", f"{name}: column {column} has no known name and is not used", f"name it {meant}")
-    design = campaign.design
-    needs_cross_level = design.is_on_track and not design.is_on_rollers and np.any(run.columns.get("yw", 0.0))
-    if needs_cross_level and not np.any(run.columns.get("phiw", 0.0)):
-        message = f"{name}: no cross-level (phiw): taken as zero"
-        findings.warn("runs", message, "record it, unless the track has none")
 
 
 def _check_overlap(campaign: Campaign, runs: Sequence[Run], findings: Findings) -> None:

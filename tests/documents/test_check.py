@@ -57,6 +57,28 @@ def test_a_good_campaign_has_no_problem(campaign_folder: Path) -> None:
     assert check([campaign_folder, campaign_folder / "vehicle.yaml"]) == []
 
 
+def test_a_stiffness_without_its_unit_is_warned_of(tmp_path: Path) -> None:
+    design = Path(__file__).parents[2] / "designs" / "test_bogie.yaml"
+    text = design.read_text()
+    assert check([design]) == [] and "lateral_stiffness: 3.0 MN/m" in text
+    (tmp_path / "odd.yaml").write_text(text.replace("lateral_stiffness: 3.0 MN/m", "lateral_stiffness: 3.0"))
+    [problem] = check([tmp_path / "odd.yaml"])
+    assert problem.severity == "warning" and problem.key == "vehicle.primary.lateral_stiffness"
+    assert problem.message.startswith("3 N/m is far from the") and "SI units" in problem.remedy
+
+
+def test_a_column_in_other_letters_is_warned_of(campaign_folder: Path) -> None:
+    """A column of another name, such as a temperature, is no misspelt one."""
+    run = campaign_folder / "run_a.csv"
+    header, *rows = run.read_text().splitlines()
+    lines = [f"{header},AY_2 [m/s^2],temperature [1]", *(f"{row},1,20" for row in rows)]
+    assert "ay2" not in header
+    run.write_text("\n".join(lines) + "\n")
+    [problem] = check([campaign_folder])
+    assert problem.severity == "warning" and problem.remedy == "name it ay2"
+    assert problem.message == "run_a.csv: column AY_2 has no known name and is not used"
+
+
 def test_problems_of_several_files_come_together(campaign_folder: Path) -> None:
     vehicle = campaign_folder / "vehicle.yaml"
     vehicle.write_text(vehicle.read_text().replace("55 kN", "55 m"))
