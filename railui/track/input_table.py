@@ -140,9 +140,8 @@ def _write_track(table: FloatArray, s: FloatArray, track: Sequence[FloatArray | 
     spline = Spline(s, np.stack(list(present.values()), axis=1))
     for number, distance in enumerate(behind):
         first = FIRST_WHEELSET_COLUMN + COLUMNS_PER_WHEELSET * number
-        values = [first + 2 * i for i in present]
-        slopes = [value + 1 if i < WITH_DERIVATIVE else None for i, value in zip(present, values, strict=True)]
-        spline.add_behind(table, distance, list(zip(values, slopes, strict=True)))
+        columns = [(first + 2 * i, first + 2 * i + 1 if i < WITH_DERIVATIVE else None) for i in present]
+        spline.add_behind(table, distance, columns)
 
 
 def add_track(

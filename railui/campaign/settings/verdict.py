@@ -20,7 +20,7 @@ class VerdictSettings:
     max_noise_ratio: float = setting(
         10.0,
         minimum=1.0,
-        meaning="NRMSE over the noise floor up to which a residual without structure, beside effects, counts as noise.",
+        meaning="NRMSE over the noise floor up to which an unstructured residual of a model with effects is noise.",
     )
     min_location_share: float = setting(
         0.3,

@@ -89,11 +89,12 @@ def calibrate_from(context: Context, before: Fit, model: Model) -> Fit | None:
         fit = fit_output_error(quiet, start, before.free.paths, segments=before.segments, misfit_limit=least)
         if fit.normal.rss > least:
             return None
+        spent = before.simulations + fit.simulations
         segments = reprepare_segments(quiet, fit.model, fit.segments)
         fit = fit_output_error(context, fit.model, before.free.paths, segments=segments)
     except SimulationError:
         return None
-    return replace(fit, simulations=before.simulations + fit.simulations)
+    return replace(fit, simulations=spent + fit.simulations)
 
 
 def fit_without_iteration(context: Context, model: Model) -> Fit:

@@ -61,7 +61,7 @@ impl Spline {
     }
 
     /// Add values, and first derivatives where they have a column, along the places in the first column of a table, each
-    /// so far `behind` its row. What is behind meets the first value before it comes to the first place.
+    /// so far `behind` its row. Before its first place such a column has the first value and no slope.
     pub fn add_behind(&self, table: &mut [f64], width: usize, behind: f64, into: &[(usize, Option<usize>)]) {
         let mut i = 0;
         for row in table.chunks_exact_mut(width) {
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn what_runs_behind_meets_the_first_value_until_it_comes_to_the_first_place() {
+    fn before_its_first_place_a_column_behind_has_the_first_value_and_no_slope() {
         let spline = Spline::new(&[1.0, 2.0, 3.0, 4.0], &[2.0, 4.0, 6.0, 8.0], 1).unwrap();
         let into = [(2, Some(3))];
         let mut table = [0.0, 9.0, 0.5, 0.0, 2.0, 9.0, 0.5, 0.0, 3.5, 9.0, 0.5, 0.0];
