@@ -13,12 +13,18 @@ import pytest
 from railui.arrays import FloatArray
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
+from railui.campaign.faults import units_of_runs as module
 from railui.campaign.faults.diagnose import diagnose
-from railui.campaign.faults.units_of_runs import units_of_runs
+from railui.campaign.faults.fault import Fault
 from railui.campaign.segment import Segment
+from railui.campaign.settings.faults import FaultSettings
 from tests.truth.rig import Bench, write
 
 Records = dict[str, list[Segment]]
+
+
+def units_of_runs(runs: Records) -> list[Fault]:
+    return module.units_of_runs(runs, FaultSettings())
 
 
 @pytest.fixture(scope="module")

@@ -75,7 +75,7 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
         faults += _reversed_cross_level(dataset, runs, faults)
     else:
         faulty = {name for f in faults if f.serious for name in f.files}
-        faults += [f for f in units_of_runs(runs) if faulty.isdisjoint(f.files)]
+        faults += [f for f in units_of_runs(runs, settings) if faulty.isdisjoint(f.files)]
     # only reading applies a named unit, each search needs its gain
     return ordered([_with_named_unit(fault, dataset) for fault in (*faults, *waveform)])
 

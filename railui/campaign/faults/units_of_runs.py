@@ -13,16 +13,15 @@ from railui.arrays import FloatArray
 from railui.campaign.corrections.correction import Correction, Corrections, yaml_line
 from railui.campaign.faults.fault import Fault
 from railui.campaign.segment import Segment
+from railui.campaign.settings.faults import FaultSettings
 from railui.dsp.spectra import csd, welch
 
 WINDOWS = 4  # in the shortest record
 MIN_INPUT_POWER = 1e-2  # of the largest density of the input, where a response is known
 MIN_FREQUENCIES = 3  # at which the input of both runs has power
-MIN_DECADES = 2
-MAX_DEVIATION = 0.35  # decades, of the ratio of the responses from a power of ten
 
 
-def units_of_runs(runs: Mapping[str, Sequence[Segment]]) -> list[Fault]:
+def units_of_runs(runs: Mapping[str, Sequence[Segment]], settings: FaultSettings) -> list[Fault]:
     """Find the channels of which one run has another unit than the others.
 
     runs: segments by the name of their run, all of a rig with an input, or of a component whose motion is prescribed.
@@ -36,23 +35,23 @@ def units_of_runs(runs: Mapping[str, Sequence[Segment]]) -> list[Fault]:
     found: dict[str, dict[str, int]] = {}  # powers of ten by run and channel
     for channel in dict.fromkeys(c for s in records.values() for c in s.channels if c != reference):
         having = [name for name in names if channel in records[name].channels]
-        for i, decades in _off_by_decades([records[name] for name in having], channel, reference, seconds):
+        logs = [_log_response(records[name], channel, reference, seconds) for name in having]
+        for i, decades in _off_by_decades(settings, logs):
             found.setdefault(having[i], {})[channel] = decades
     other = names[0] if len(names) == 2 else None  # of two runs either may be wrong
     return [_fault(run, decades, records[run], reference, other) for run, decades in found.items()]
 
 
-def _off_by_decades(records: Sequence[Segment], channel: str, reference: str, seconds: float) -> list[tuple[int, int]]:
-    """Records whose response is off that of the largest group of equal ones, or of the first, and powers of ten."""
-    logs = [_log_response(s, channel, reference, seconds) for s in records]
-    n = len(records)
+def _off_by_decades(settings: FaultSettings, logs: Sequence[FloatArray]) -> list[tuple[int, int]]:
+    """Responses that are off the largest group of equal ones, or the first, and by how many powers of ten."""
+    n = len(logs)
     apart = np.array([[_decades_apart(logs[i], logs[j]) for j in range(n)] for i in range(n)])
     agreeing = np.sum(np.abs(apart) < 1.0, axis=1)  # NaN where the inputs have no frequency in common
     main = int(np.argmax(agreeing))
     off = []
     for i in range(n):
         decades = round(apart[i, main]) if np.isfinite(apart[i, main]) else 0
-        if abs(decades) >= MIN_DECADES and abs(apart[i, main] - decades) <= MAX_DEVIATION:
+        if abs(decades) >= settings.min_unit_decades and abs(apart[i, main] - decades) <= settings.max_unit_deviation:
             off.append((i, decades))
     return off
 

@@ -193,3 +193,13 @@ class FaultSettings:
     hum_turn_clearance: float = setting(
         0.7, unit="Hz", meaning="Distance from a multiple of the wheels' rotation up to which a line is no mains hum."
     )
+    min_unit_decades: int = setting(
+        2,
+        minimum=1,
+        meaning="Powers of ten by which the response of a rig must be off in one run for another unit there.",
+    )
+    max_unit_deviation: float = setting(
+        0.35,
+        maximum=0.5,
+        meaning="Deviation of that ratio from a power of ten, in decades: a law that is not linear changes it, too.",
+    )
