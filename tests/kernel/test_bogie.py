@@ -124,8 +124,8 @@ def test_states_of_effects_follow_those_of_the_bodies() -> None:
     coach, carried = np.array([2e-3, -0.03]), np.array([0.5, -0.8, 700.0])
     assert structure(vehicle, effects).state_count(batch([vehicle], [effects])) == 17
     state = np.concatenate([motion[:6], coach[:1], motion[6:], coach[1:], carried])
-    truth = simulate(vehicle, run, effects, 2, np.concatenate([motion, coach, carried]))
-    assert_same(kernel(vehicle, run, effects, 2, state=state), truth, ROUNDING)
+    truth = simulate(vehicle, run, effects, 12, np.concatenate([motion, coach, carried]))
+    assert_same(kernel(vehicle, run, effects, 12, state=state), truth, ROUNDING)
 
 
 def test_a_lane_with_a_speed_scale_is_a_run_at_the_scaled_speed() -> None:

@@ -103,6 +103,16 @@ def test_a_friction_spring_on_a_slow_sampled_track_stays_finite() -> None:
     assert max(relative_differences(found, twice).values()) < 1e-3
 
 
+def test_a_friction_spring_that_yields_within_a_step_is_bounded_by_its_force() -> None:
+    # k/F_y 2e5 1/m: its state would need a hundred steps to be stable at 0.3 m/s
+    effects = [parse("hysteresis at=primary_lateral stiffness=6e7 yield=300")]
+    fine, plain = kernel(VEHICLE, RUN, effects, 200), kernel(VEHICLE, RUN)
+    change = relative_differences(fine, plain)
+    for steps, share in ((2, 0.1), (4, 0.05), (8, 0.01)):
+        error = relative_differences(kernel(VEHICLE, RUN, effects, steps), fine)
+        assert all(error[c] < share * change[c] for c in change), steps
+
+
 def test_wheels_that_slide_do_not_damp_the_rail() -> None:
     # creep alone would hold u' back to 46 1/s, sliding leaves k_r/c_r = 2e4 1/s
     rail = parse("rail_flexibility at=track stiffness=2e7 damping=1e3")

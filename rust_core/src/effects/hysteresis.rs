@@ -34,7 +34,12 @@ impl Effect for Hysteresis {
 
     fn steepest_slopes(p: &[f64], site: &Site) -> Slopes {
         let [stiffness, yield_force] = first(p);
-        Slopes { stiffness, damping: 0.0, rate: 2.0 * stiffness / yield_force * site.speed }
+        Slopes { stiffness, damping: 0.0, rate: 2.0 * stiffness / yield_force * site.usual_speed }
+    }
+
+    // x never leaves -1 to 1, but a step may where the spring yields within it: held there, it is stable at any speed
+    fn largest(_: &[f64]) -> Option<f64> {
+        Some(1.0)
     }
 }
 
@@ -42,6 +47,7 @@ impl Force for Hysteresis {
     // F = -F_y x, x' = (k/F_y)(v - 1/2 (abs(v) abs(x) x + v x^2))
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, x: P, dx: &mut P) -> P {
+        let x = x.clamp(P::splat(1.0));
         let bend = P::splat(0.5) * (v.abs() * x.abs() * x + v * x * x);
         let [rate, yield_force]: [P; 2] = p.first();
         *dx = rate * (v - bend);

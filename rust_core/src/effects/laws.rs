@@ -10,6 +10,7 @@ const SITE: Site = Site {
     damping: 3e4,
     motion: 0.01,
     speed: 0.3,
+    usual_speed: 0.02,
     wheel_load: 55e3,
     creep_damping: 4.5e5,
     creep_slopes: [7e6, 6.5e6],
