@@ -78,7 +78,7 @@ def read_header(path: str | Path) -> Header:
     """Read the header of a table; FileProblems as `read_table`."""
     findings = Findings(str(path))
     with _open_table(Path(path), findings) as stream:
-        return _read_header(stream, findings)[0]
+        return _read_header(stream, findings, MAX_HEADER_BYTES)[0]
 
 
 def read_table(path: str | Path, *, drop_unfinished: bool = False) -> Table:
@@ -186,9 +186,9 @@ def _read(stream: IO[bytes], size: int, findings: Findings) -> bytes:
         raise FileProblems(findings.problems) from None
 
 
-def _read_header(stream: IO[bytes], findings: Findings) -> tuple[Header, bytes]:
-    """Read the header; return it and the bytes already read after it."""
-    data = _read(stream, BLOCK_BYTES, findings).removeprefix(b"\xef\xbb\xbf")
+def _read_header(stream: IO[bytes], findings: Findings, size: int = BLOCK_BYTES) -> tuple[Header, bytes]:
+    """Read so many bytes with the header; return it and the bytes after it."""
+    data = _read(stream, size, findings).removeprefix(b"\xef\xbb\xbf")
     comments: list[str] = []
     start = 0
     for line, raw in enumerate(data[:MAX_HEADER_BYTES].split(b"\n"), 1):
