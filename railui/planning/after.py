@@ -146,6 +146,7 @@ def propose_runs(
     sections: int = 1,
     loads: Sequence[str] = (),
     benches: bool = False,
+    most: int | None = None,
 ) -> list[NextRun]:
     """Assess the runs that may be made next; by default at speeds about that of the campaign on its own track.
 
@@ -159,6 +160,8 @@ def propose_runs(
         Load states in which the vehicle may run; by default that of the campaign.
     benches
         True where the components at which undecided effects act may be put on a bench.
+    most
+        Number of runs whose chance is computed: those in which the predictions of the rivals differ most; None: all.
 
     Raises
     ------
@@ -174,7 +177,7 @@ def propose_runs(
     more = [c for c in levels or {} if c not in loop.sensors and is_compared(c)]
     context = with_noise(loop.context, levels or {})
     tests = planned_benches(context, rivals) if benches else []
-    return next_runs(context, rivals, runs, loop.sensors, more, tests)
+    return next_runs(context, rivals, runs, loop.sensors, more, tests, most)
 
 
 def _stable_runs(context: Context, rivals: Sequence[RivalModel], runs: Sequence[PlannedRun]) -> list[PlannedRun]:

@@ -18,7 +18,7 @@ from railui.identification.component_force import elements_at_port, restoring_fo
 from railui.identification.context import Context
 from railui.identification.prediction import Predictor
 from railui.planning.decision import Decision, compare_misfits
-from railui.planning.rival_runs import DIFFERENCE, DRAWS, Misfit, Prediction, RivalRun, block_samples
+from railui.planning.rival_runs import DIFFERENCE, DRAWS, Misfit, Prediction, RivalPredictions, RivalRun, block_samples
 from railui.planning.rivals import RivalModel
 from railui.vehicle.model import Model
 
@@ -107,8 +107,7 @@ def simulate_bench(context: Context, rivals: Sequence[RivalModel], bench: Planne
     noise = np.random.default_rng(np.random.SeedSequence([context.seed, NOISE_SEED])).standard_normal(
         (DRAWS, 1, len(z))
     )
-    segment = Segment(bench.at, "test", 0, {"t": dt * np.arange(len(z), dtype=float)}, dt, "bench")
-    return RivalRun((FORCE,), [x + noise for x in truths], predictions, bare, block_samples(context, segment))
+    return RivalRun(RivalPredictions((FORCE,), predictions, bare), [x + noise for x in truths])
 
 
 def predict_force(
@@ -125,7 +124,7 @@ def predict_force(
     rows = [values, *(values + DIFFERENCE * axis for axis in rival.deviations.T)]
     forces = np.array([_force(rival.with_values(row), bench, z, dt) for row in rows])[:, None] / sd
     share = context.settings.calibration.independent_sample_share
-    return Prediction(forces[0], (forces[1:] - forces[0]) / DIFFERENCE, share)
+    return Prediction(forces[0], (forces[1:] - forces[0]) / DIFFERENCE, share, block_samples(context, dt))
 
 
 def _draw_truths(
@@ -180,5 +179,5 @@ def decide_bench(
         measured = (force - force.mean())[None, None] / sd
         for rival, found in zip(rivals, misfits, strict=True):
             prediction = predict_force(context, rival, bench, segment.columns["z"], segment.dt, sd)
-            found += prediction.products(measured, block_samples(context, segment)).misfits([0])
+            found += prediction.products(measured).misfits([0])
     return compare_misfits(misfits, context.settings.planning)

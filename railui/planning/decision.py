@@ -13,7 +13,7 @@ from railui.campaign.settings.planning import PlanningSettings
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.estimation.noise_floor import noise_weights
-from railui.planning.rival_runs import Misfit, block_samples, predict
+from railui.planning.rival_runs import Misfit, predict
 from railui.planning.rivals import RivalModel
 
 
@@ -44,12 +44,11 @@ def decide(context: Context, rivals: Sequence[RivalModel], segments: Sequence[Se
         weights = noise_weights(quiet, rivals[0].model, segment)
         rows = [segment.channels.index(c) for c in compared_channels(segment) if c in context.noise]
         measured = comparison_filter(context.campaign, segment, segment.measured(segment.channels)) * weights[:, None]
-        length = block_samples(context, segment)
         for rival, found in zip(rivals, misfits, strict=True):
             model = estimate_phases(quiet, rival.model, segment)
             start = estimate_initial_state(quiet, model, segment)
             prediction = predict(quiet, replace(rival, model=model), segment, weights, start)
-            found += prediction.products(measured[None], length).misfits(rows)
+            found += prediction.products(measured[None]).misfits(rows)
     return compare_misfits(misfits, context.settings.planning)
 
 

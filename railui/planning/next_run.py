@@ -18,8 +18,9 @@ from railui.campaign.settings.planning import PlanningSettings
 from railui.identification.context import Context
 from railui.parallel import map_threads
 from railui.planning.component_bench import FORCE, PlannedBench, simulate_bench
+from railui.planning.noise_residuals import SensorNoise
 from railui.planning.planned_runs import PlannedRun
-from railui.planning.rival_runs import RivalRun, simulate_rivals
+from railui.planning.rival_runs import PredictedRun, RivalRun, draw_seeds, predict_run
 from railui.planning.rivals import RivalModel
 
 
@@ -98,6 +99,7 @@ def next_runs(
     sensors: Sequence[str],
     more: Sequence[str] = (),
     benches: Sequence[PlannedBench] = (),
+    most: int | None = None,
 ) -> list[NextRun]:
     """Assess runs with the sensors of a campaign and with each of further sensors, and benches, the best first.
 
@@ -107,19 +109,42 @@ def next_runs(
         The final model first.
     more
         Sensors that may be added, whose noise is that of the context.
+    most
+        Number of runs whose chance is computed: those in which the predictions of the rivals differ most; None: all.
     """
     settings = context.settings.planning
     sets = [tuple(sensors), *((*sensors, c) for c in more)]
+    noise = SensorNoise(context, draw_seeds(context, 2))
 
-    def assess(run: PlannedRun | PlannedBench) -> list[_Assessment]:
+    def predicted(run: PlannedRun) -> PredictedRun | None:
+        return predict_run(context, rivals, run, [*sensors, *more])
+
+    def assess(run: PlannedRun | PlannedBench | PredictedRun) -> list[_Assessment]:
         if isinstance(run, PlannedBench):
             return _assess(run, simulate_bench(context, rivals, run), [(FORCE,)], settings)
-        return _assess(run, simulate_rivals(context, rivals, run, [*sensors, *more]), sets, settings)
+        known = run if isinstance(run, PredictedRun) else predicted(run)
+        return [] if known is None else _assess(known.run, known.with_noise(context, noise), sets, settings)
 
-    wanted: list[PlannedRun | PlannedBench] = [*runs, *benches]
+    wanted: list[PlannedRun | PlannedBench | PredictedRun] = [*runs, *benches]
+    if most is not None and most < len(runs):
+        known = [x for x in map_threads(predicted, runs, context.jobs) if x is not None]
+        wanted = [*_most_separated(known, settings)[:most], *benches]
     found = [one for part in map_threads(assess, wanted, context.jobs) for one in part]
     equivalent = equivalent_rivals(found, settings)
     return sorted((one.next_run(equivalent) for one in found), key=lambda r: -r.probability)
+
+
+def _most_separated(runs: Sequence[PredictedRun], settings: PlanningSettings) -> list[PredictedRun]:
+    """Order runs by the separation of each rival from the nearest that is not equivalent to it, the largest first."""
+    if not runs:
+        return []
+    apart = np.max([run.predicted.differences for run in runs], axis=0) >= settings.equivalent_difference
+
+    def separation(run: PredictedRun) -> float:
+        nearest = np.min(np.sqrt(run.predicted.squares), axis=1, where=apart, initial=np.inf)
+        return float(np.sum(nearest[np.isfinite(nearest)]))
+
+    return sorted(runs, key=lambda run: -separation(run))
 
 
 def _assess(
@@ -131,7 +156,7 @@ def _assess(
     """Assess a simulated run with every set of sensors; nothing where a rival diverges."""
     if simulated is None:
         return []
-    differences = simulated.differences()
+    differences = simulated.predicted.differences
     return [_Assessment(run, one, *simulated.statistics(one, settings.critical_z), differences) for one in sets]
 
 

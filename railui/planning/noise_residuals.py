@@ -7,8 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.campaign.comparison import comparison_filter
+from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.prediction import Predictor
+from railui.memo import IdentityCache
 from railui.parallel import map_threads
 
 
@@ -32,14 +35,56 @@ def draw_noise_residuals(
     seeds
         Of each draw.
     """
-    segment, noise = predictor.segment, context.noise
-    spacing, band = predictor.model.wheelset_spacing(), context.campaign.noise_band
+    segment = predictor.segment
 
     def draw(seed: Sequence[int]) -> FloatArray:
         rng = np.random.default_rng(np.random.SeedSequence(list(seed)))
-        table = segment.noisy_table(noise, band, rng, spacing, predictor.steps)
-        noisy, _ = predictor.simulate(table=table)
-        sensors = noise.draw(segment.channels, segment.samples, segment.dt, rng)
-        return np.asarray(filter_and_weight(sensors) - (noisy[0] - clean))
+        response = _response_to_input_noise(context, predictor, clean, rng)
+        sensors = context.noise.draw(segment.channels, segment.samples, segment.dt, rng)
+        return np.asarray(filter_and_weight(sensors) - response)
 
     return np.stack(list(map_threads(draw, seeds, context.jobs)))
+
+
+def draw_responses_to_input_noise(
+    context: Context, predictor: Predictor, clean: FloatArray, seeds: Sequence[Sequence[int]]
+) -> FloatArray:
+    """Draw changes of a prediction [draw, channel, n] by the noise of the track; parameters as above."""
+
+    def draw(seed: Sequence[int]) -> FloatArray:
+        rng = np.random.default_rng(np.random.SeedSequence(list(seed)))
+        return _response_to_input_noise(context, predictor, clean, rng)
+
+    return np.stack(list(map_threads(draw, seeds, context.jobs)))
+
+
+def _response_to_input_noise(
+    context: Context, predictor: Predictor, clean: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """Change of a prediction [channel, n] by noise of the track, or of the input of a rig."""
+    spacing, band = predictor.model.wheelset_spacing(), context.campaign.noise_band
+    table = predictor.segment.noisy_table(context.noise, band, rng, spacing, predictor.steps)
+    noisy, _ = predictor.simulate(table=table)
+    return np.asarray(noisy[0] - clean)
+
+
+class SensorNoise:
+    """Sensor noise of runs that have not been made, filtered as they are compared.
+
+    Runs of one length have the same noise, so that it does not decide which of them is better.
+    """
+
+    def __init__(self, context: Context, seeds: Sequence[Sequence[int]]) -> None:
+        self._context, self._seeds = context, seeds
+        self._drawn = IdentityCache[FloatArray](max_size=4)
+
+    def filtered(self, segment: Segment) -> FloatArray:
+        """Noise [draw, channel, n] of the sensors of a segment."""
+        noise, campaign = self._context.noise, self._context.campaign
+
+        def draw() -> FloatArray:
+            streams = (np.random.default_rng(np.random.SeedSequence(list(seed))) for seed in self._seeds)
+            drawn = (noise.draw(segment.channels, segment.samples, segment.dt, rng) for rng in streams)
+            return np.stack([comparison_filter(campaign, segment, series) for series in drawn])
+
+        return self._drawn.get((*segment.channels, segment.samples, segment.dt), draw)

@@ -17,13 +17,13 @@ import numpy as np
 from scipy import special
 
 from railui.arrays import FloatArray
-from railui.campaign.comparison import comparison_filter, kernel_filter
+from railui.campaign.comparison import kernel_filter
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import split_into_blocks
 from railui.identification.estimation.noise_floor import noise_weights
 from railui.identification.prediction import Predictor
-from railui.planning.noise_residuals import draw_noise_residuals
+from railui.planning.noise_residuals import SensorNoise, draw_responses_to_input_noise
 from railui.planning.planned_runs import PlannedRun, simulate_runs
 from railui.planning.rivals import RivalModel
 from railui.planning.vuong import vuong_statistic
@@ -52,21 +52,33 @@ class Prediction:
     """Prediction of a run by a rival: weighted channels [channel, n], and how its uncertain parameters move them.
 
     directions [k, channel, n]: sensitivities along the principal axes of the covariance, times their deviations. share:
-    of the samples that counts as independent.
+    of the samples that counts as independent. block: samples of a block of inner products.
     """
 
     series: FloatArray
     directions: FloatArray
     share: float
+    block: int
 
-    def products(self, measured: FloatArray, block: int) -> Products:
-        """Return the inner products with measured channels [draw, channel, n], in blocks of samples."""
-        axes, residuals = (
-            split_into_blocks(rows, block).transpose(1, 2, 0, 3) for rows in (self.directions, measured - self.series)
-        )  # [channel, block, row, sample]
-        samples_first = residuals.transpose(0, 1, 3, 2)
-        squares = np.einsum("cbdn,cbdn->cbd", residuals, residuals)
-        return Products(axes @ axes.transpose(0, 1, 3, 2), axes @ samples_first, squares, self.share)
+    @cached_property
+    def _axes(self) -> FloatArray:
+        """Directions [channel, block, k, sample]."""
+        return split_into_blocks(self.directions, self.block).transpose(1, 2, 0, 3)
+
+    @cached_property
+    def _gram(self) -> FloatArray:
+        """Inner products of the directions [channel, block, k, k]."""
+        return np.asarray(self._axes @ self._axes.transpose(0, 1, 3, 2))
+
+    def products(self, measured: FloatArray) -> Products:
+        """Return the inner products with the residuals of measured channels [draw, channel, n]."""
+        return self.products_of_residuals(measured - self.series)
+
+    def products_of_residuals(self, residuals: FloatArray) -> Products:
+        """Return the inner products with residuals [draw, channel, n]."""
+        in_blocks = split_into_blocks(residuals, self.block).transpose(1, 2, 0, 3)
+        squares = np.einsum("cbdn,cbdn->cbd", in_blocks, in_blocks)
+        return Products(self._gram, self._axes @ in_blocks.transpose(0, 1, 3, 2), squares, self.share)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,34 +105,73 @@ class Products:
 
 
 @dataclass(frozen=True, eq=False)
-class RivalRun:
-    """One run with every rival as truth.
+class RivalPredictions:
+    """One run as every rival predicts it, without noise.
 
     Attributes
     ----------
     channels
         Names of the sensors.
-    measured
-        Weighted channels with noise [draw, channel, n] of every truth.
     predictions
         Of every rival.
     without_effect
         Weighted channels [channel, n] that each rival predicts without the effect in which it differs; NaN where it
         diverges.
-    block
-        Samples of a block of squared errors.
     """
 
     channels: tuple[str, ...]
-    measured: Sequence[FloatArray]
     predictions: Sequence[Prediction]
     without_effect: Sequence[FloatArray]
-    block: int
+
+    @cached_property
+    def squares(self) -> FloatArray:
+        """Squared difference of the weighted channels of two rivals [i, j], after the linear step of either."""
+        n = len(self.predictions)
+        found = np.zeros((n, n))
+        for i in range(n):
+            for j in range(i):
+                apart = self.predictions[i].series - self.predictions[j].series
+                found[i, j] = found[j, i] = max(self._square(apart, j), self._square(apart, i))
+        return found
+
+    @cached_property
+    def differences(self) -> FloatArray:
+        """Difference of the motions that two rivals predict [i, j], as a share of what their effects change.
+
+        Root of the ratio of squares; 1 and more for a model that lacks the effect.
+        """
+        series = (p.series - bare for p, bare in zip(self.predictions, self.without_effect, strict=True))
+        changes = np.array([self._square(change, i) for i, change in enumerate(series)])
+        larger = np.fmax(changes[:, None], changes)
+        relative = np.sqrt(self.squares / np.where(larger > 0.0, larger, np.nan))
+        found = np.where(larger > 0.0, relative, np.inf)
+        np.fill_diagonal(found, 0.0)
+        return found
+
+    def _square(self, residual: FloatArray, i: int) -> float:
+        (misfit,) = self.predictions[i].products_of_residuals(residual[None]).misfits(range(len(self.channels)))
+        return float(np.sum(misfit.errors))
+
+
+@dataclass(frozen=True, eq=False)
+class RivalRun:
+    """One run with every rival as truth.
+
+    Attributes
+    ----------
+    predicted
+        By every rival.
+    measured
+        Weighted channels with noise [draw, channel, n] of every truth.
+    """
+
+    predicted: RivalPredictions
+    measured: Sequence[FloatArray]
 
     @cached_property
     def _products(self) -> list[list[Products]]:
         """Of every truth with every prediction."""
-        return [[p.products(measured, self.block) for p in self.predictions] for measured in self.measured]
+        return [[p.products(measured) for p in self.predicted.predictions] for measured in self.measured]
 
     def statistics(self, sensors: Sequence[str], critical: float) -> tuple[FloatArray, FloatArray]:
         """Return the chance that each true rival [i, j] is clear of each other, and the expected statistic [i, j].
@@ -132,40 +183,15 @@ class RivalRun:
         critical
             Value of Vuong's statistic above which the test is clear.
         """
-        rows = [self.channels.index(c) for c in sensors]
+        rows = [self.predicted.channels.index(c) for c in sensors]
         misfits = [[products.misfits(rows) for products in of_truth] for of_truth in self._products]
-        n = len(self.predictions)
+        n = len(misfits)
         chance, mean = np.full((n, n), np.nan), np.full((n, n), np.nan)
         for i in range(n):
             for j in range(n):
                 if i != j:
                     chance[i, j], mean[i, j] = _chance(misfits[i][i], misfits[i][j], critical)
         return chance, mean
-
-    def differences(self) -> FloatArray:
-        """Difference of the motions that two rivals predict [i, j], as a share of what their effects change.
-
-        Root of the ratio of squares of the weighted channels, without noise, each after the linear step of the rival
-        that is compared; 1 and more for a model that lacks the effect.
-        """
-        rows = range(len(self.channels))
-
-        def square(truth: FloatArray, prediction: Prediction) -> float:
-            (misfit,) = prediction.products(truth[None], self.block).misfits(rows)
-            return float(np.sum(misfit.errors))
-
-        changes = [
-            square(p.series, Prediction(bare, p.directions, p.share))
-            for p, bare in zip(self.predictions, self.without_effect, strict=True)
-        ]
-        n = len(self.predictions)
-        found = np.zeros((n, n))
-        for i in range(n):
-            for j in range(i):
-                change = float(np.fmax(changes[i], changes[j]))
-                apart = max(square(self.predictions[a].series, self.predictions[b]) for a, b in ((i, j), (j, i)))
-                found[i, j] = found[j, i] = np.sqrt(apart / change) if change > 0.0 else np.inf
-        return found
 
 
 def _chance(true: Sequence[Misfit], other: Sequence[Misfit], critical: float) -> tuple[float, float]:
@@ -178,25 +204,43 @@ def _chance(true: Sequence[Misfit], other: Sequence[Misfit], critical: float) ->
     return float(special.ndtr((np.mean(z) - critical) / sd)), float(np.mean(z))
 
 
-def simulate_rivals(
+@dataclass(frozen=True, eq=False)
+class PredictedRun:
+    """A run that may be made, as every rival predicts it: its segment, and the weights of the channels."""
+
+    run: PlannedRun
+    rivals: Sequence[RivalModel]
+    segment: Segment
+    weights: FloatArray
+    predicted: RivalPredictions
+
+    def with_noise(self, context: Context, sensor_noise: SensorNoise) -> RivalRun:
+        """Simulate the run with every rival as truth."""
+        quiet, segment, weights = context.in_background(1), self.segment, self.weights
+        noise = sensor_noise.filtered(segment) * weights[:, None]
+        clean = self.predicted.predictions[0].series
+        noise -= _responses_to_track_noise(quiet, self.rivals[0], segment, weights, clean)
+        truths = [_draw_truth(quiet, rival, segment, weights, i) + noise for i, rival in enumerate(self.rivals)]
+        return RivalRun(self.predicted, truths)
+
+
+def predict_run(
     context: Context, rivals: Sequence[RivalModel], run: PlannedRun, channels: Sequence[str]
-) -> RivalRun | None:
-    """Simulate a run with every rival as truth and predict it by every rival; None where one diverges."""
+) -> PredictedRun | None:
+    """Predict a run by every rival; None where one diverges."""
     rivals = [r.in_load_state(run.load) for r in rivals]
     model = rivals[0].model
     try:
         segment = simulate_runs(context.campaign, model, [run], channels).segments[0]
     except ValueError:
         return None
-    quiet = context.in_background(1)
-    weights = noise_weights(quiet, model, segment)
+    weights = noise_weights(context.in_background(1), model, segment)
     predictions = [predict(context, r, segment, weights) for r in rivals]
     if not all(np.all(np.isfinite(p.series)) for p in predictions):
         return None
     bare = [_simulate(context, r.without_effect(), segment, weights) for r in rivals]
-    noise = _noise(quiet, rivals[0], segment, weights, predictions[0].series)
-    measured = [_draw_truth(quiet, rival, segment, weights, i) + noise for i, rival in enumerate(rivals)]
-    return RivalRun(tuple(segment.channels), measured, predictions, bare, block_samples(context, segment))
+    predicted = RivalPredictions(tuple(segment.channels), predictions, bare)
+    return PredictedRun(run, rivals, segment, weights, predicted)
 
 
 def predict(
@@ -215,7 +259,8 @@ def predict(
     if diverged[0] >= 0:
         series[0] = np.nan
     directions = np.where((diverged[1:] < 0)[:, None, None], (series[1:] - series[0]) / DIFFERENCE, 0.0)
-    return Prediction(series[0], directions, context.settings.calibration.independent_sample_share)
+    share = context.settings.calibration.independent_sample_share
+    return Prediction(series[0], directions, share, block_samples(context, segment.dt))
 
 
 def _simulate(context: Context, model: Model, segment: Segment, weights: FloatArray) -> FloatArray:
@@ -239,18 +284,19 @@ def _draw_truth(context: Context, rival: RivalModel, segment: Segment, weights: 
     return series
 
 
-def _noise(context: Context, rival: RivalModel, segment: Segment, weights: FloatArray, clean: FloatArray) -> FloatArray:
-    """Weighted noise [draw, channel, n] of the sensors, and of the track through the final model."""
-    campaign = context.campaign
-    predictor = Predictor(rival.model, segment, filter=kernel_filter(campaign, segment, weights))
-    seeds = [(context.seed, DRAW_SEED, k, 1) for k in range(DRAWS)]
-
-    def filter_and_weight(x: FloatArray) -> FloatArray:
-        return comparison_filter(campaign, segment, x) * weights[:, None]
-
-    return draw_noise_residuals(context, predictor, clean, filter_and_weight, seeds)
+def draw_seeds(context: Context, stream: int) -> list[tuple[int, ...]]:
+    """Seeds of the draws of noise."""
+    return [(context.seed, DRAW_SEED, k, stream) for k in range(DRAWS)]
 
 
-def block_samples(context: Context, segment: Segment) -> int:
+def _responses_to_track_noise(
+    context: Context, rival: RivalModel, segment: Segment, weights: FloatArray, clean: FloatArray
+) -> FloatArray:
+    """Weighted changes [draw, channel, n] of a rival's prediction by noise of the track."""
+    predictor = Predictor(rival.model, segment, filter=kernel_filter(context.campaign, segment, weights))
+    return draw_responses_to_input_noise(context, predictor, clean, draw_seeds(context, 1))
+
+
+def block_samples(context: Context, dt: float) -> int:
     """Samples of a block of squared errors."""
-    return max(round(context.settings.validation.error_block_duration / segment.dt), 1)
+    return max(round(context.settings.validation.error_block_duration / dt), 1)

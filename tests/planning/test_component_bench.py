@@ -112,5 +112,5 @@ def test_a_component_is_named_by_its_location_and_number() -> None:
 
 def test_a_bench_has_realisations_of_every_rival() -> None:
     found = simulate_bench(context(), rivals(6e5), BENCH)
-    assert found is not None and found.channels == ("F",) and len(found.measured) == 2
+    assert found is not None and found.predicted.channels == ("F",) and len(found.measured) == 2
     assert np.all(np.isfinite(found.measured))

@@ -27,10 +27,10 @@ def next_run_rows(result: LoopResult, rivals: Sequence[RivalModel]) -> list[dict
         return []
     loop = FinishedLoop(result.context, tuple(rivals), result.dataset.campaign.directory)
     try:
-        found = propose_runs(loop)
+        found = propose_runs(loop, most=SHOWN)
     except ValueError:
         return []  # a track that is too short, or a rival that is unstable at all speeds
-    return [run_row(run) for run in found[:SHOWN]]
+    return [run_row(run) for run in found]
 
 
 def run_row(run: NextRun, structure: Structure | None = None) -> dict[str, Any]:
