@@ -323,8 +323,7 @@ class GaussNewton:
 
     def _trial_points(self, normal: NormalEquations, x: FloatArray) -> FloatArray:
         """Points [n, p] of the damped steps, and shares of some of them."""
-        a, g = self.equations(normal, x)
-        steps = np.array([self._step(a, g, x, damping) for damping in DAMPINGS])
+        steps = self._damped_steps(*self.equations(normal, x), x)
         return np.vstack([steps, *(x + share * (steps[i] - x) for i, share in STEP_SHARES)])
 
     def _report(self, iteration: int, x: FloatArray, normal: NormalEquations) -> None:
@@ -344,27 +343,31 @@ class GaussNewton:
         g = total[1:, 0] / normal.variance + precision * (self.free.prior - x)
         return a, g
 
-    def _step(self, a: FloatArray, g: FloatArray, x: FloatArray, damping: float) -> FloatArray:
-        """Take one damped step within the bounds; parameters of unknown size move by ratios."""
+    def _damped_steps(self, a: FloatArray, g: FloatArray, x: FloatArray) -> FloatArray:
+        """Take the steps [n, p] of all dampings within the bounds; parameters of unknown size move by ratios."""
         free = self.free
         unit = np.where(free.ratio, x, 1.0)
         a, g = a * np.outer(unit, unit), g * unit
         scale = 1.0 / np.sqrt(np.maximum(np.diag(a), 1e-30 * np.max(np.diag(a)) + 1e-300))
-        scaled = a * np.outer(scale, scale) + (damping + 1e-12) * np.eye(len(a))
-        try:
-            root = linalg.cholesky(scaled)
-        except linalg.LinAlgError:
-            root = linalg.cholesky(scaled + 1e-6 * np.eye(len(a)))
-        right = linalg.solve_triangular(root, g * scale, trans="T")
+        scaled, one = a * np.outer(scale, scale), np.eye(len(a))
         leap = MAX_LOG_RATIO_STEP
         with np.errstate(divide="ignore", invalid="ignore"):
             low = np.where(free.ratio, np.maximum(np.log(free.low / x), -leap), free.low - x) / scale
             high = np.where(free.ratio, np.minimum(np.log(free.high / x), leap), free.high - x) / scale
-        step = linalg.solve_triangular(root, right)
-        if not np.all((step >= low) & (step <= high)):
-            step = _bounded_step(root, right, low, high)
-        step = scale * step
-        return np.clip(np.where(free.ratio, x * np.exp(step * free.ratio), x + step), free.low, free.high)
+        steps = scale * np.array([_damped_step(scaled + (d + 1e-12) * one, g * scale, low, high) for d in DAMPINGS])
+        points = np.where(free.ratio, x * np.exp(steps * free.ratio), x + steps)
+        return np.asarray(np.clip(points, free.low, free.high))
+
+
+def _damped_step(a: FloatArray, g: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Solve a step = g, a positive definite, between bounds [p] where the solution is outside."""
+    try:
+        root = linalg.cholesky(a, check_finite=False)
+    except linalg.LinAlgError:
+        root = linalg.cholesky(a + 1e-6 * np.eye(len(a)), check_finite=False)
+    right = linalg.solve_triangular(root, g, trans="T", check_finite=False)
+    step = np.asarray(linalg.solve_triangular(root, right, check_finite=False))
+    return step if np.all((step >= low) & (step <= high)) else _bounded_step(root, right, low, high)
 
 
 def _bounded_step(root: FloatArray, right: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
