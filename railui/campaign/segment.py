@@ -101,6 +101,11 @@ class Segment:
         return not self.is_rig and not any(np.any(self.columns[c]) for c in TRACK_COLUMNS if c in self.columns)
 
     @property
+    def abscissa(self) -> FloatArray:
+        """Distance along the track [m]; of a rig, the time of its record [s]."""
+        return self.columns["t" if self.is_rig else "s"]
+
+    @property
     def channels(self) -> list[str]:
         """Names of the measured responses."""
         return [c for c in known.column_names(self.kind, "response") if c in self.columns]

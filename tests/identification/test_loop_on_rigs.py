@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -119,15 +119,15 @@ def test_a_second_mode_of_a_free_decay_is_no_noise(tmp_path: Path):
     assert not data["effects"]
 
 
-def test_a_stiffness_that_varies_in_time_is_no_noise(tmp_path: Path):
-    """Its response is coherent with no input, but about the resonance."""
+def varying_rig(tmp_path: Path, stiffness: Callable[[float], float], damping: Callable[[float], float]) -> Dataset:
+    """Rig of 8 kg driven by a force, whose stiffness and damping are functions of time."""
     rng = np.random.default_rng(14)
     for name, seconds in (("a", 16.0), ("b", 13.0)):
         t = np.arange(round(250.0 * seconds)) * 0.004
         f, phase = np.geomspace(0.4, 10.0, 40) * rng.uniform(0.98, 1.02, 40), rng.uniform(0.0, 2.0 * np.pi, 40)
         force = CubicSpline(t, 5.6 * np.cos(2.0 * np.pi * f * t[:, None] + phase).sum(axis=1))
         z = solve_ivp(
-            lambda s, x, u=force: [x[1], (u(s) - 3000.0 * (1.0 + 0.15 * np.cos(8.2 * s)) * x[0] - 25.0 * x[1]) / 8.0],
+            lambda s, x, u=force: [x[1], (u(s) - stiffness(s) * x[0] - damping(s) * x[1]) / 8.0],
             (0.0, t[-1]),
             [0.0, 0.0],
             t_eval=t,
@@ -141,8 +141,27 @@ def test_a_stiffness_that_varies_in_time_is_no_noise(tmp_path: Path):
     (tmp_path / "campaign.yaml").write_text(
         "vehicle: vehicle.yaml\nruns: [{file: a.csv, role: adjust}, {file: b.csv, role: validate}]\n"
     )
-    data, _ = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
+    return read_dataset(load_campaign(tmp_path))
+
+
+def test_a_stiffness_that_oscillates_is_no_noise(tmp_path: Path):
+    """Its response is coherent with no input, but about the resonance."""
+    dataset = varying_rig(tmp_path, lambda t: 3000.0 * (1.0 + 0.15 * np.cos(8.2 * t)), lambda t: 25.0)
+    data, _ = close_and_report(dataset, tmp_path / "out", SLOW)
     assert data["verdict"] == "outside" and not data["effects"]
+
+
+def test_damping_that_fades_is_a_variation_with_time(tmp_path: Path):
+    dataset = varying_rig(tmp_path, lambda t: 3000.0, lambda t: 12.0 + 28.0 * np.exp(-t / 6.0))
+    data, page = close_and_report(dataset, tmp_path / "out", SLOW)
+    outside = data["outside"]
+    assert data["verdict"] == "outside" and (outside["at"], outside["parameter"]) == ("rig", "vehicle.rig.damping")
+    assert (outside["against"], outside["motion_unit"], outside["force_unit"]) == ("t", "s", "N*s/m")
+    assert outside["force"][0] == pytest.approx(40.0, rel=0.15) and outside["force"][-1] == pytest.approx(
+        14.0, rel=0.15
+    )
+    assert data["after"]["nrmse"] < 0.3 * data["before"]["nrmse"]
+    assert "with a parameter that varies with time" in data["sentence"] and "curve of vehicle.rig.damping" in page
 
 
 def test_a_small_effect_under_coloured_noise_is_no_discrepancy(tmp_path: Path):

@@ -141,13 +141,13 @@ class Fit:
         """Standard deviations of the estimates [p]."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
-    def block_distances(self) -> FloatArray:
-        """Distance [m] in the middle of every block of the normal equations, segment after segment."""
+    def block_abscissae(self) -> FloatArray:
+        """Distance [m], of a rig time [s], in the middle of every block of the normal equations, segment by segment."""
         middles = []
         for target in self.segments:
-            s = target.trim(target.segment.columns["s"])
+            x = target.trim(target.segment.abscissa)
             length = self.block_samples(target)
-            middles += [float(np.mean(s[k : k + length])) for k in range(0, len(s), length)]
+            middles += [float(np.mean(x[k : k + length])) for k in range(0, len(x), length)]
         return np.array(middles)
 
 

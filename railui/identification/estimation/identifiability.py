@@ -244,7 +244,7 @@ def estimate_per_section(context: Context, fit: Fit, length: float) -> SectionEs
         Where no section has as many blocks of time as it needs.
     """
     min_blocks = context.settings.identifiability.min_section_blocks
-    s = fit.block_distances()
+    s = fit.block_abscissae()
     gram = fit.normal.gram.sum(axis=1)
     count = max(1, int(np.ceil((s.max() - s.min()) / length)))
     section = np.minimum(((s - s.min()) / length).astype(int), count - 1)  # the last edge belongs to the last section

@@ -1,8 +1,8 @@
-"""Drift of a parameter along the track, estimated from its sensitivity per block of time.
+"""Drift of a parameter along the track, of a driven rig with time, from its sensitivity per block of time.
 
 A parameter that changes slowly compared with the memory of the vehicle (about a second) changes the output by its
 sensitivity times its momentary deviation. Inner products per block of time therefore suffice, and a vehicle with the
-parameter p(s) is a blend of simultaneous simulations with constant p.
+parameter p(x) is a blend of simultaneous simulations with constant p.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ RANDOM_SIGNS_SEED = 19
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """A parameter that varies along the track: values [knot] at distances [knot] [m], with standard deviations.
+    """A parameter that varies: values [knot] at abscissae [knot] of the segments, with standard deviations.
 
     ratios: ratio to the value by path, of the parameter itself (1) and of those that vary in proportion. share: share
     of the residual that the drift explains beyond chance, which would explain chance_share. squares: squared residual
@@ -45,36 +45,36 @@ class Drift:
 
     path: str
     ratios: Mapping[str, float]
-    distance: FloatArray
+    abscissa: FloatArray
     values: FloatArray
     sd: FloatArray
     share: float
     chance_share: float = 0.0
     squares: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
 
-    def value_at(self, s: FloatArray) -> FloatArray:
-        """Interpolate the parameter at distances s [m]: linear between knots, constant beyond."""
-        return np.interp(s, self.distance, self.values)
+    def value_at(self, x: FloatArray) -> FloatArray:
+        """Interpolate the parameter at abscissae x [n]: linear between knots, constant beyond."""
+        return np.interp(x, self.abscissa, self.values)
 
 
-def hat_functions(s: FloatArray, knots: FloatArray) -> FloatArray:
-    """Compute weights [distance, knot] of linear interpolation between knots, constant beyond the ends.
+def hat_functions(x: FloatArray, knots: FloatArray) -> FloatArray:
+    """Compute weights [abscissa, knot] of linear interpolation between knots, constant beyond the ends.
 
     >>> hat_functions(np.array([0.0, 5.0, 12.0]), np.array([0.0, 10.0])).tolist()
     [[1.0, 0.0], [0.5, 0.5], [0.0, 1.0]]
     """
-    return np.stack([np.interp(s, knots, row) for row in np.eye(len(knots))], axis=1)
+    return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
 
 
 def find_drifts(context: Context, fit: Fit) -> list[Drift]:
-    """Estimate the drift of every estimated parameter along the track, in descending order of the share explained.
+    """Estimate the drift of every estimated parameter, in descending order of the share explained; none of free motion.
 
     A parameter that both wheelsets have is tried on each wheelset, and on both in proportion.
     """
-    if not fit.model.design.is_on_track:
+    if not all(t.segment.input_columns for t in fit.segments):
         return []
     settings = context.settings.drift
-    s = fit.block_distances()
+    s = fit.block_abscissae()
     gram = fit.normal.gram.sum(axis=1)
     drifts = []
     for path, ratios in parameter_groups(fit):
@@ -159,7 +159,7 @@ def refine_drift(context: Context, fit: Fit, drift: Drift) -> Drift:
         for target in fit.segments:
             z, slope = blend_series(target.motion_predictor(fit.model), trial)
             r = target.measured - target.filter_and_weight(z)
-            u = hat_functions(target.segment.columns["s"], drift.distance)
+            u = hat_functions(target.segment.abscissa, drift.abscissa)
             d = np.stack([target.filter_and_weight(slope * u[:, k]).ravel() for k in range(len(values))])
             normal += d @ d.T
             gradient += d @ r.ravel()
@@ -188,7 +188,7 @@ def blend_series(predictor: Predictor, drift: Drift) -> tuple[FloatArray, FloatA
         Where a vehicle of a constant parameter diverges.
     """
     model, segment = predictor.model, predictor.segment
-    p = drift.value_at(segment.columns["s"])
+    p = drift.value_at(segment.abscissa)
     width = max(float(np.ptp(p)), 1e-3 * abs(float(p.mean())), 1e-12)
     grid = np.linspace(p.min() - 0.02 * width, p.max() + 0.02 * width, core.LANES)
     rows = np.tile(model.on_segment(*segment.segment_key).row, (core.LANES, 1))
@@ -197,7 +197,7 @@ def blend_series(predictor: Predictor, drift: Drift) -> tuple[FloatArray, FloatA
     series, diverged = predictor.simulate(batch=model.batch(rows))
     if np.any(diverged >= 0):
         first = int(np.min(diverged[diverged >= 0]))
-        raise DivergedError(f"the vehicle diverges on {segment.file} with {drift.path} varying along the track", first)
+        raise DivergedError(f"the vehicle diverges on {segment.file} with a drift of {drift.path}", first)
     position = np.clip((p - grid[0]) / (grid[1] - grid[0]), 0.0, core.LANES - 1 - 1e-9)
     k, part = position.astype(int), position % 1.0
     n = np.arange(len(p))
@@ -211,7 +211,7 @@ def validate_drift(context: Context, model: Model, drift: Drift, segments: Seque
 
 
 def _predict(context: Context, model: Model, drift: Drift, segment: Segment) -> Prediction:
-    first = float(drift.value_at(segment.columns["s"][:1])[0])
+    first = float(drift.value_at(segment.abscissa[:1])[0])
     initial_model = model.with_path_values(list(drift.ratios), first * np.array(list(drift.ratios.values())))
     initial_model = estimate_phases(context, initial_model, segment)
     start = estimate_initial_state(context, initial_model, segment)

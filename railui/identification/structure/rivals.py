@@ -35,7 +35,9 @@ class RivalExplanations:
         """Find the best drift and the best coupling, once for a fit."""
 
         def find() -> list[Rival]:
-            drifts, couplings = find_drifts(self.context, fit)[:1], find_couplings(self.context, fit)[:1]
+            # not on a rig, whose amplitude and frequency may change with time: a law explains that
+            drifts = find_drifts(self.context, fit)[:1] if fit.model.design.is_on_track else []
+            couplings = find_couplings(self.context, fit)[:1]
             return [
                 *(Rival(f"{d.path} varying along the track", d.share) for d in drifts),
                 *(Rival(f"a coupling of {c.text}", c.share) for c in couplings),

@@ -16,7 +16,7 @@ from railui.identification.unmodelled.evidence import CONTACT_LOCATIONS, NO_EVID
 from railui.identification.unmodelled.locate import (
     Discrepancy,
     find_run_dependence,
-    find_variation_along_track,
+    find_variation,
     is_conclusive,
     locate_discrepancy,
 )
@@ -68,7 +68,7 @@ def find_acting_discrepancy(
     """Find a discrepancy that acts on the estimation runs."""
     is_structured = has_structure(context.settings.score_test, selection.final_score_test)
     is_unexplained = not error_to_noise <= context.settings.selection.unexplained_ratio  # True for NaN
-    variation = find_variation_along_track(context, fit)
+    variation = find_variation(context, fit)
     discrepancy = variation
     if is_unexplained or is_structured or is_conclusive(context, variation):
         discrepancy = locate_discrepancy(context, fit, variation)

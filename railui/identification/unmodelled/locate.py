@@ -51,7 +51,7 @@ class Discrepancy:
     Attributes
     ----------
     against
-        Abscissa of the curve: displacement "z", velocity "v" or distance along the track "s".
+        Abscissa of the curve: displacement "z", velocity "v", distance along the track "s" or time "t".
     motion, force, sd
         Abscissa, ordinate and its standard deviation [point]. The ordinate is a force, or the value of a parameter if
         the abscissa is distance.
@@ -60,7 +60,7 @@ class Discrepancy:
     fit, validation
         The model with the discrepancy and its validation.
     drift
-        Variation of a parameter along the track.
+        Variation of a parameter along the track, or with time.
     coupling
         Coupling with another location, to whose motion the force is proportional.
     run_dependence
@@ -241,8 +241,11 @@ def is_conclusive(context: Context, variation: Discrepancy | None) -> bool:
     return variation is not None and variation.drift is not None and variation.explained_share >= least
 
 
-def find_variation_along_track(context: Context, fit: Fit) -> Discrepancy | None:
-    """Find the parameter whose variation along the track explains most; None if chance explains as much."""
+def find_variation(context: Context, fit: Fit) -> Discrepancy | None:
+    """Find the parameter whose variation along the track, of a driven rig with time, explains most.
+
+    None if chance explains as much.
+    """
     drifts = find_drifts(context, fit)
     if not drifts or drifts[0].share < context.settings.discrepancy.min_drift_share:
         return None
@@ -251,19 +254,21 @@ def find_variation_along_track(context: Context, fit: Fit) -> Discrepancy | None
         validation = validate_drift(context, fit.model, drift, context.dataset.selection)
     except SimulationError:
         return None
+    is_on_track = fit.model.design.is_on_track
+    course = "along the track" if is_on_track else "with time"
     context.progress.message(
-        f"  {drift.path} varying along the track: explains {drift.share:.2f}, NRMSE {validation.nrmse:.4f}"
+        f"  {drift.path} varying {course}: explains {drift.share:.2f}, NRMSE {validation.nrmse:.4f}"
     )
     at, wheelset = location_of(drift.path, drift.ratios, fit.model)
     unit = fit.model.design.unit(drift.path)
     return Discrepancy(
         at,
         wheelset,
-        "s",
-        drift.distance,
+        "s" if is_on_track else "t",
+        drift.abscissa,
         drift.values,
         drift.sd,
-        "m",
+        "m" if is_on_track else "s",
         unit,
         drift.share,
         fit,
@@ -326,6 +331,8 @@ def find_run_dependence(
 def location_of(path: str, ratios: Mapping[str, float], model: Model) -> tuple[str, int | None]:
     """Return location and wheelset of a parameter of the vehicle, or of an added effect."""
     group, name, *keys = path.split(".")
+    if not model.design.is_on_track:
+        return "rig", None
     structure = model.design.structure
     if group == "effects":
         effect = model.design.effects[int(name)]

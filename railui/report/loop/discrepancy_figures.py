@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from railui.report.figures.drawing import Picture
 
 ERROR_BAR: dict[str, Any] = {"ecolor": "#444444", "elinewidth": 0.9}
-ABSCISSA_LABELS = MOTION_LABELS | {"s": "distance s"}
+ABSCISSA_LABELS = MOTION_LABELS | {"s": "distance s", "t": "time t"}
 
 
 def discrepancy_figure(evaluation: EvaluationWindow, outside: Mapping[str, Any]) -> EffectFigure:

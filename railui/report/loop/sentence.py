@@ -213,5 +213,5 @@ def _location(result: LoopResult) -> str:
 
 def _model(discrepancy: Discrepancy | None) -> str:
     if discrepancy is not None and discrepancy.drift is not None:
-        return "a parameter that varies along the track"
+        return f"a parameter that varies {'with time' if discrepancy.against == 't' else 'along the track'}"
     return "the identified force curve"

@@ -29,7 +29,7 @@ from railui.identification.structure.drift import find_drifts, hat_functions
 from railui.identification.structure.score_test import output_differences
 from railui.identification.unmodelled import locate
 from railui.identification.unmodelled.coefficients import PORTS, TERMS, coefficient_responses, estimate_coefficients
-from railui.identification.unmodelled.locate import find_variation_along_track, locate_discrepancy
+from railui.identification.unmodelled.locate import find_variation, locate_discrepancy
 from tests.blind.simulated import calibrated, simulated_campaign
 
 DESIGNS = Path(__file__).parents[3] / "designs"
@@ -117,7 +117,7 @@ def test_hat_functions_sum_to_one():
 
 def test_constant_parameters_show_no_drift():
     fit = calibrated()
-    assert len(fit.block_distances()) == len(fit.normal.gram)
+    assert len(fit.block_abscissae()) == len(fit.normal.gram)
     assert find_drifts(simulated_campaign().context, fit)[0].share < 0.02
     result = estimate_per_section(simulated_campaign().context, fit, 300.0)
     assert result.values.shape == (len(result.sections), len(result.paths))
@@ -151,7 +151,7 @@ def test_the_estimates_of_sections_do_not_depend_on_the_units_of_the_parameters(
 
 def test_the_last_edge_belongs_to_the_last_section():
     fit = calibrated()
-    s = fit.block_distances()
+    s = fit.block_abscissae()
     length = (s.max() - s.min()) / 2  # the last block lies on an edge
     changed = fit.normal.gram.copy()
     changed[-1, :, 1:, 0] += changed[-1, :, 1:, 1:].sum(axis=-1)
@@ -178,7 +178,7 @@ def test_sections_too_short_are_refused_with_a_sufficient_length():
 
 def test_a_deviation_on_one_section_is_estimated_there_only():
     fit = calibrated()
-    s, j, by = fit.block_distances(), fit.free.paths.index(CONICITY), 0.05 * fit.x[fit.free.paths.index(CONICITY)]
+    s, j, by = fit.block_abscissae(), fit.free.paths.index(CONICITY), 0.05 * fit.x[fit.free.paths.index(CONICITY)]
     middle = 0.5 * (s.min() + s.max())
     higher = with_deviation(fit, CONICITY, np.where(s >= middle, by, 0.0))
     first, last = (
@@ -190,7 +190,7 @@ def test_a_deviation_on_one_section_is_estimated_there_only():
 
 def test_a_drift_follows_the_value_along_the_track():
     fit = calibrated()
-    s, x = fit.block_distances(), fit.x[fit.free.paths.index(CONICITY)]
+    s, x = fit.block_abscissae(), fit.x[fit.free.paths.index(CONICITY)]
     along = (s - s.min()) / np.ptp(s)
     result = find_drifts(simulated_campaign().context, with_deviation(fit, CONICITY, 0.3 * x * along))[0]
     assert result.path == CONICITY and result.ratios == {CONICITY: 1.0}
@@ -208,7 +208,7 @@ def test_a_conicity_that_grows_along_the_track_is_located_at_the_contact():
 def test_a_variation_along_the_track_is_returned_without_force_curves(monkeypatch: pytest.MonkeyPatch):
     growth = "conicity_drift at=contact per_km=0.4"
     fit, case = calibrated(growth), simulated_campaign(growth)
-    variation = find_variation_along_track(case.context, fit)
+    variation = find_variation(case.context, fit)
     assert variation is not None
     weak = replace(variation, explained_share=0.9 * case.context.settings.discrepancy.reliable_share)
     monkeypatch.setattr(locate, "curve_locations", lambda settings, fit: [])

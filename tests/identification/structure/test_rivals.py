@@ -23,8 +23,9 @@ def explanations(**settings: Any) -> RivalExplanations:
 
 
 def fit_of(rss: float, parameters: int) -> Fit:
-    """Return a fit of which only the misfit and the number of parameters count."""
-    return cast(Fit, SimpleNamespace(normal=SimpleNamespace(rss=rss), x=np.zeros(parameters)))
+    """Return a fit of a vehicle on a track, of which only the misfit and the number of parameters count."""
+    model = SimpleNamespace(design=SimpleNamespace(is_on_track=True))
+    return cast(Fit, SimpleNamespace(normal=SimpleNamespace(rss=rss), x=np.zeros(parameters), model=model))
 
 
 @pytest.mark.parametrize(("share", "explains_more"), [(0.42, False), (0.40, True)])
