@@ -56,6 +56,12 @@ class Candidate:
         keys = [p["key"] for p in core.effect_record(self.kind)["parameters"] if p["role"] == "strength"]
         return keys[0] if keys else None
 
+    def is_related(self, other: Candidate) -> bool:
+        """True for two laws of one family at one location."""
+        family = core.effect_record(self.kind)["family"]
+        place = other.at, other.wheelset
+        return bool(family) and family == core.effect_record(other.kind)["family"] and place == (self.at, self.wheelset)
+
     def scale_force(self, shape: Mapping[str, float], amount: float) -> dict[str, float]:
         """Scale the force of a shape at unchanged motion.
 

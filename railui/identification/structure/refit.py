@@ -12,7 +12,6 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.comparison import overall_nrmse
 from railui.campaign.settings.detection import RefitSettings
-from railui.core import effect_record
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
@@ -67,15 +66,9 @@ def select_candidates(settings: RefitSettings, scores: ScoreTestResult, *, every
         share = s.admissible_rho**2 / max(scores.rho2, 1e-300)
         limit = settings.refit_share_memory if has_states(s.candidate) else settings.refit_share
         is_near = share >= limit and len(selected) < settings.max_refitted
-        if i < settings.always_refitted or is_near or _are_related(scores.best[0].candidate, s.candidate):
+        if i < settings.always_refitted or is_near or scores.best[0].candidate.is_related(s.candidate):
             selected.append(s)
     return [s for s in selected if s.admissible_rho > 0]
-
-
-def _are_related(a: Candidate, b: Candidate) -> bool:
-    """True for two laws of one family at one location."""
-    family = effect_record(a.kind)["family"]
-    return bool(family) and (family, a.at, a.wheelset) == (effect_record(b.kind)["family"], b.at, b.wheelset)
 
 
 def refit_candidates(

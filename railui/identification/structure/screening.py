@@ -122,7 +122,8 @@ class ScreeningFits:
     def fit_candidates(self, scores: ScoreTestResult, results: Sequence[ScoreResult]) -> list[Screened]:
         """Fit every candidate that can be simulated by a few iterations from its best starting point.
 
-        First a few iterations of all, then more of the two that lead, then of those that are not far behind them.
+        First a few iterations of all, then more of the two that lead, then of those that are not far behind them and of
+        the related laws of the first: how soon one of them converges does not decide between them.
         """
         fits = dict[ScoreResult, Fit]()
         for s, fit in zip(results, self._map(lambda s: self._first_iterations(scores, s), results), strict=True):
@@ -133,8 +134,12 @@ class ScreeningFits:
         self.least_rss = min([self.rss_without_effect, *(f.normal.rss for f in fits.values())])
         order = sorted(fits, key=lambda s: fits[s].normal.rss)
         leading = self.settings.leading_candidates
+
+        def further(s: ScoreResult) -> Fit:
+            return self._continue_if_close(s, fits[s], is_related=order[0].candidate.is_related(s.candidate))
+
         for some in (order[:leading], order[leading:]):
-            fits.update(zip(some, self._map(lambda s: self._continue_if_close(s, fits[s]), some), strict=True))
+            fits.update(zip(some, self._map(further, some), strict=True))
             self.least_rss = min([self.least_rss, *(fits[s].normal.rss for s in some)])
         if self.is_rig:
             self._improve_clearance(fits)
@@ -226,16 +231,15 @@ class ScreeningFits:
             tries = [self._iterate(f, self.settings.slow_iterations) for f in tries]
         return min(tries, key=lambda f: f.cost, default=None)
 
-    def _continue_if_close(self, s: ScoreResult, fit: Fit) -> Fit:
+    def _continue_if_close(self, s: ScoreResult, fit: Fit, *, is_related: bool) -> Fit:
         """Continue a fit that may still become the best; slow ones get more iterations and a wider limit."""
         self.context.check_time()
         rss, least = fit.normal.rss, self.least_rss
         if self.is_rig:  # costs little, and the speed of slip or the gap may be far from any of the shapes
             near = rss <= self.settings.give_up_ratio_memory * self.rss_without_effect
             return self._iterate(fit, self.settings.rig_iterations) if near else fit
-        slow = self._bounds_hunting(fit) or (
-            has_states(s.candidate) and rss <= self.settings.give_up_ratio_memory * least
-        )
+        may_be_slow = has_states(s.candidate) or is_related
+        slow = self._bounds_hunting(fit) or (may_be_slow and rss <= self.settings.give_up_ratio_memory * least)
         if slow or rss <= self.settings.give_up_ratio * least:
             return self._iterate(fit, self.settings.slow_iterations if slow else self.settings.further_iterations)
         return fit
