@@ -116,6 +116,11 @@ class Segment:
         return tuple(c for c in known.column_names(self.kind, "track") if c in self.columns)
 
     @property
+    def is_driven(self) -> bool:
+        """True where an input column is not zero throughout."""
+        return any(np.any(self.columns[c]) for c in self.input_columns)
+
+    @property
     def coach_forces(self) -> tuple[str, ...]:
         """Names of the measured forces of the carbody, which are inputs of the model."""
         return tuple(q for q in COACH_FORCES if q in self.columns)

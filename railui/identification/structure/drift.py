@@ -32,6 +32,7 @@ from railui.vehicle.model import Model
 
 LEAST_KNOTS = 3  # of a drift; the spacing is halved from one drift to the next
 RANDOM_SIGNS_SEED = 19
+PRELOAD = "vehicle.rig.preload"
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +68,13 @@ def hat_functions(x: FloatArray, knots: FloatArray) -> FloatArray:
 
 
 def find_drifts(context: Context, fit: Fit) -> list[Drift]:
-    """Estimate the drift of every estimated parameter, in descending order of the share explained; none of free motion.
+    """Estimate the drift of every estimated parameter, in descending order of the share explained.
+
+    None of a rig that moves freely: its amplitude remembers the values before.
 
     A parameter that both wheelsets have is tried on each wheelset, and on both in proportion.
     """
-    if not all(t.segment.input_columns for t in fit.segments):
+    if not (fit.model.design.is_on_track or all(t.segment.is_driven for t in fit.segments)):
         return []
     settings = context.settings.drift
     s = fit.block_abscissae()
@@ -91,11 +94,14 @@ def find_drifts(context: Context, fit: Fit) -> list[Drift]:
 
 
 def parameter_groups(fit: Fit) -> list[tuple[str, dict[str, float]]]:
-    """List the parameters that may drift: single ones, those of both wheelsets and all creep in proportion."""
+    """List the parameters that may drift: single ones, those of both wheelsets and all creep in proportion.
+
+    A preload that drifts is the drift of a sensor.
+    """
     values = dict(zip(fit.free.paths, fit.x, strict=True))
     groups = []
     for path in values:
-        if path in fit.model.design.values:
+        if path in fit.model.design.values and path != PRELOAD:
             groups.append((path, {path: 1.0}))
             twin = path.replace(".leading.", ".trailing.")
             if twin != path and twin in values and values[path]:

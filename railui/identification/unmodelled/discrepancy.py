@@ -69,6 +69,9 @@ def find_acting_discrepancy(
     is_structured = has_structure(context.settings.score_test, selection.final_score_test)
     is_unexplained = not error_to_noise <= context.settings.selection.unexplained_ratio  # True for NaN
     variation = find_variation(context, fit)
+    # along a track its values may differ from those of another, on a rig every run has the time
+    if variation is not None and variation.against == "t":
+        variation = variation if is_significant_gain(context, selection.validation, variation.validation) else None
     discrepancy = variation
     if is_unexplained or is_structured or is_conclusive(context, variation):
         discrepancy = locate_discrepancy(context, fit, variation)
