@@ -24,6 +24,7 @@ from railui.campaign.settings.estimation import (
 )
 from railui.campaign.settings.faults import FaultSettings
 from railui.campaign.settings.noise import NoiseSettings
+from railui.campaign.settings.notes import NoteSettings
 from railui.campaign.settings.planning import PlanningSettings
 from railui.campaign.settings.verdict import VerdictSettings
 
@@ -52,6 +53,7 @@ class LoopSettings:
     coefficients: CoefficientSettings = field(default_factory=CoefficientSettings)
     noise: NoiseSettings = field(default_factory=NoiseSettings)
     planning: PlanningSettings = field(default_factory=PlanningSettings)
+    notes: NoteSettings = field(default_factory=NoteSettings)
 
     def values(self) -> dict[str, float | int]:
         """Value of every setting by its name."""

@@ -13,7 +13,7 @@ from railui.identification.result import LoopResult
 from railui.identification.structure.candidate_scores import has_structure
 from railui.identification.unmodelled.discrepancy import is_at_noise_floor
 from railui.report.loop.conditions import condition_notes
-from railui.report.loop.motion_notes import unreached_motion_notes
+from railui.report.loop.motion_notes import gradual_slip_notes, unreached_motion_notes
 from railui.report.loop.noise import known_noise_text, noise_notes
 from railui.report.loop.rig_notes import filter_notes, late_input_notes, unstated_input_noise_notes
 from railui.report.loop.wording import MODEL_LABELS
@@ -48,6 +48,7 @@ def report_notes(result: LoopResult) -> list[str]:
         *track_noise_notes(result),
         *unstructured_residual_notes(result),
         *unreached_motion_notes(result),
+        *gradual_slip_notes(result),
     ]
 
 

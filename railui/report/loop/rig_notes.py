@@ -7,8 +7,6 @@ import numpy as np
 from railui.campaign.dataset import Dataset
 from railui.identification.result import LoopResult
 
-MAX_DELAY_DIFFERENCE = 0.05  # relative, of sensors whose input is late
-
 
 def filter_notes(dataset: Dataset) -> list[str]:
     """Return how the records of a rig were filtered before the comparison."""
@@ -45,7 +43,8 @@ def late_input_notes(result: LoopResult) -> list[str]:
     if len(channels) < 2 or set(delays) != channels or not all(s.kind == "rig" for s in dataset.segments):
         return []
     mean = float(np.mean(list(delays.values())))
-    if any(abs(x - mean) > MAX_DELAY_DIFFERENCE * abs(mean) for x in delays.values()):
+    tolerance = result.context.settings.notes.late_input_tolerance
+    if any(abs(x - mean) > tolerance * abs(mean) for x in delays.values()):
         return []
     late, size = ("late" if mean < 0.0 else "early"), 1e3 * abs(mean)
     return [

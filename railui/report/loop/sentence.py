@@ -100,7 +100,7 @@ def remainder_text(result: LoopResult) -> str:
         return f"The remainder{ratio} resembles {effect_title(kind)} in {where}."
     if remainder.coherent:
         return f"The remainder{ratio} is coherent with the motion, but resembles no effect of the catalogue."
-    return f"The remainder{ratio} has no structure."
+    return f"The remainder{ratio} is coherent with no motion and resembles no effect of the catalogue."
 
 
 def format_share(share: float) -> str:

@@ -1,15 +1,20 @@
-"""Notes on rigs: an input recorded late, an input without stated noise, and motions that no estimation run reaches."""
+"""Notes on rigs: an input late or of unknown noise, motions that no estimation run reaches, slip at a high speed."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read_dataset
+from railui.campaign.settings.loop_settings import LoopSettings
+from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
-from railui.report.loop.motion_notes import unreached_motion_notes
+from railui.report.loop.motion_notes import gradual_slip_notes, unreached_motion_notes
 from railui.report.loop.rig_notes import late_input_notes, unstated_input_noise_notes
 from railui.vehicle.effects import PlacedEffect
 
@@ -29,7 +34,7 @@ def result(*segments: SimpleNamespace, verdict: str = "outside", noise: Any = No
         selection=segments[1:],
         campaign=SimpleNamespace(noise={}),
     )
-    context = SimpleNamespace(noise=noise or {})
+    context = SimpleNamespace(noise=noise or {}, settings=LoopSettings())
     after = SimpleNamespace(model=SimpleNamespace(effects=effects))
     return cast(LoopResult, SimpleNamespace(dataset=dataset, context=context, verdict=verdict, after=after))
 
@@ -63,3 +68,30 @@ def test_a_motion_beyond_that_of_the_estimation_runs_is_noted() -> None:
     assert unreached_motion_notes(result(far, near)) == []
     assert unreached_motion_notes(result(near, segment(u=1.0, z=6e-3))) == []
     assert unreached_motion_notes(result(near, far, verdict="effect")) == []
+
+
+def bench_of_friction(folder: Path, slip_speed: float) -> LoopResult:
+    """Loop on a bench whose component resists with 300 N tanh(v/v_0), at an rms speed of 0.13 m/s."""
+    rng, t = np.random.default_rng(4), np.arange(1600) * 2.5e-3
+    for name, f in (("a", (0.7, 1.9, 3.1)), ("b", (0.9, 1.6, 3.4))):
+        phase = np.multiply.outer(t, 2.0 * np.pi * np.array(f)) + rng.uniform(0.0, 6.0, 3)
+        z, v = 6e-3 * np.sin(phase).sum(axis=1), 6e-3 * (np.cos(phase) @ (2.0 * np.pi * np.array(f)))
+        force = 2000.0 * z + 300.0 * np.tanh(v / slip_speed) + rng.normal(0.0, 3.0, len(t))
+        rows = [f"{a:.4f},{b:.8f},{c:.3f}" for a, b, c in zip(t, z, force, strict=True)]
+        (folder / f"{name}.csv").write_text("\n".join(["t [s],z [m],F [N]", *rows]) + "\n")
+    (folder / "vehicle.yaml").write_text("name: x\nvehicle: {rig: {input: motion, stiffness: 1500, damping: 900}}\n")
+    (folder / "campaign.yaml").write_text(
+        "vehicle: vehicle.yaml\nruns: [{file: a.csv, role: adjust}, {file: b.csv, role: validate}]\n"
+    )
+    return close_loop(read_dataset(load_campaign(folder)), without=("hysteresis", "maxwell_damper"), jobs=1)
+
+
+@pytest.mark.parametrize(("slip_speed", "is_noted"), [(0.06, True), (0.01, False)])
+def test_friction_that_slips_near_the_speed_of_the_motion_may_be_a_damper_with_a_valve(
+    tmp_path: Path, slip_speed: float, is_noted: bool
+) -> None:
+    found = bench_of_friction(tmp_path, slip_speed)
+    (effect,) = found.after.model.effects
+    assert effect.kind == "dry_friction" and effect.parameters["slip_speed"] == pytest.approx(slip_speed, rel=0.05)
+    notes = gradual_slip_notes(found)
+    assert len(notes) == is_noted and all("blow-off valve" in n and "in the rig: the slip speed of" in n for n in notes)
