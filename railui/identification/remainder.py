@@ -8,7 +8,7 @@ import numpy as np
 
 from railui.identification.context import Context
 from railui.identification.estimation.noise_floor import NoiseFloor
-from railui.identification.estimation.residual_evidence import ResidualEvidence
+from railui.identification.estimation.residual_evidence import ResidualEvidence, depends_on_both
 from railui.identification.estimation.validation import Validation
 from railui.identification.structure.candidate_scores import has_structure
 from railui.identification.structure.score_test import ScoreTestResult
@@ -46,4 +46,5 @@ def describe_remainder(
         candidate=None if best is None else (best.candidate.kind, best.candidate.at, best.candidate.wheelset),
         at=discrepancy.at if located and discrepancy else None,
         wheelset=discrepancy.wheelset if located and discrepancy else None,
+        surface=evidence.surface if depends_on_both(context.settings.verdict, evidence.surface) else None,
     )

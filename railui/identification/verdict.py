@@ -10,6 +10,7 @@ import numpy as np
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.noise_floor import NoiseFloor
+from railui.identification.estimation.residual_surface import SurfaceShares
 from railui.identification.estimation.validation import Validation
 
 NO_MOTION = 1.0  # NRMSE of a model that does not move, which a model that diverges counts with
@@ -51,6 +52,8 @@ class Remainder:
         Kind and location of the candidate that correlates most; None without structure.
     at, wheelset
         Location at which a force explains the residual; None: not located.
+    surface
+        Shares of a component's residual force over displacement and velocity, where it depends on both together.
     """
 
     ratio: float | None
@@ -60,6 +63,7 @@ class Remainder:
     candidate: tuple[str, str, int | None] | None = None
     at: str | None = None
     wheelset: int | None = None
+    surface: SurfaceShares | None = None
 
 
 def explained_share(before: Validation, after: Validation, floor: NoiseFloor) -> Explained | None:

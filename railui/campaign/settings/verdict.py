@@ -54,6 +54,13 @@ class VerdictSettings:
         provenance="trial: at most 0.17 in 300 records of 1/f noise, 0.06 of white noise; 0.45 to 1 with a second mode "
         "or a stiffness that varies in time",
     )
+    min_surface_share: float = setting(
+        0.25,
+        maximum=1.0,
+        meaning="Share of a component's residual force on the validation runs that a surface over displacement and "
+        "velocity explains beyond a function of each, from which it is no noise.",
+        provenance="trial: 0.89 of friction that grows with the deflection, at most 0.01 on seven other benches",
+    )
     coherence_standard_errors: float = setting(
         3.0,
         meaning="Standard errors by which that share must exceed zero.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.free_decay import share_at_harmonics
 from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
+from railui.identification.estimation.residual_surface import SurfaceShares, surface_shares
 from railui.identification.estimation.residual_vibration import vibration_share
 from railui.identification.estimation.validation import predict_each
 from railui.vehicle.model import Model
@@ -33,7 +34,9 @@ class ResidualEvidence:
         Whether the residuals of different channels are coherent: an unmeasured force, or noise of the track.
     is_noise
         Whether the residual is incoherent although another channel, the input, or the harmonics of a free motion could
-        show otherwise, and on a rig no vibration.
+        show otherwise, on a rig no vibration and on a bench no function of displacement and velocity together.
+    surface
+        Shares of the residual force of a component on a bench over displacement and velocity; None: not computed.
     """
 
     share: float
@@ -41,6 +44,7 @@ class ResidualEvidence:
     is_coherent: bool
     is_shared: bool
     is_noise: bool
+    surface: SurfaceShares | None = None
 
 
 NOT_EXAMINED = ResidualEvidence(float("nan"), None, False, False, False)
@@ -59,7 +63,11 @@ def examine_residual(context: Context, model: Model) -> ResidualEvidence:
         has_reference = bool(np.isfinite(lines.share)) and not _is_evident(settings, lines)
     if all(s.kind == "rig" for s in segments):
         has_reference = has_reference and not is_vibration(settings, vibration_share(predictions))
-    return summarise_coherence(settings, coherence, has_reference=has_reference)
+    evidence = summarise_coherence(settings, coherence, has_reference=has_reference)
+    if not all(s.kind == "bench" for s in context.dataset.segments):
+        return evidence
+    surface = surface_shares(model, context.dataset.estimation, segments)
+    return replace(evidence, surface=surface, is_noise=evidence.is_noise and not depends_on_both(settings, surface))
 
 
 def summarise_coherence(
@@ -82,6 +90,11 @@ def is_vibration(settings: VerdictSettings, share: Share) -> bool:
     """True where so much of a residual is about one frequency that it is no noise."""
     errors = settings.coherence_standard_errors
     return share.share >= settings.min_vibration_share and share.is_significant(errors)
+
+
+def depends_on_both(settings: VerdictSettings, surface: SurfaceShares | None) -> bool:
+    """True where a residual force depends on displacement and velocity together, not as a sum of two functions."""
+    return surface is not None and surface.joint - max(surface.additive, 0.0) >= settings.min_surface_share
 
 
 def _is_evident(settings: VerdictSettings, s: Share) -> bool:

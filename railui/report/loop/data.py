@@ -166,6 +166,7 @@ def _remainder(remainder: Remainder) -> dict[str, Any]:
         "resembles": candidate and dict(zip(("kind", "at", "wheelset"), candidate, strict=True)),
         "at": remainder.at,
         "wheelset": remainder.wheelset,
+        "surface": remainder.surface and remainder.surface._asdict(),
     }
 
 

@@ -63,10 +63,12 @@ def _outside_text(result: LoopResult) -> str:
     if discrepancy.run_dependence is not None:
         dependence = run_dependence_text(result, discrepancy.run_dependence)
         return f"{text}: {dependence}. Validation error {_error(result, 'after')}; {_noise(result)}."
+    surface = surface_text(result)
+    surface = surface and f" What is left of the force {surface}"
     if not discrepancy.lowers_error:
         error = f"{_error(result, 'after')}, which {_model(discrepancy)} does not lower"
-        return f"{text}. Validation error {error}; {_noise(result)}."
-    return f"{text}. Validation error {_errors(result)} with {_model(discrepancy)}; {_noise(result)}."
+        return f"{text}. Validation error {error}; {_noise(result)}.{surface}"
+    return f"{text}. Validation error {_errors(result)} with {_model(discrepancy)}; {_noise(result)}.{surface}"
 
 
 def _without_discrepancy(result: LoopResult) -> str:
@@ -92,6 +94,8 @@ def remainder_text(result: LoopResult) -> str:
     """Return what the final model leaves: how much, where it acts, and which effect it resembles."""
     remainder = result.remainder
     ratio = "" if remainder.ratio is None else f" ({format_share(remainder.ratio)} of the error beyond noise)"
+    if surface := surface_text(result):
+        return f"The remainder{ratio} {surface}"
     if result.discrepancy is not None and result.verdict == "partial":
         return f"The remainder{ratio} is {_location(result)} and in no law of the catalogue."
     if remainder.candidate is not None:
@@ -101,6 +105,17 @@ def remainder_text(result: LoopResult) -> str:
     if remainder.coherent:
         return f"The remainder{ratio} is coherent with the motion, but resembles no effect of the catalogue."
     return f"The remainder{ratio} is coherent with no motion and resembles no effect of the catalogue."
+
+
+def surface_text(result: LoopResult) -> str:
+    """Return on what the force that is left of a component depends; empty where on no motion, or on a sum of two."""
+    surface = result.remainder.surface
+    if surface is None:
+        return ""
+    return (
+        "depends on displacement and velocity together, as does friction that grows with the deflection: "
+        f"{format_share(surface.joint)} of it on the validation runs."
+    )
 
 
 def format_share(share: float) -> str:
