@@ -52,6 +52,15 @@ def test_a_large_difference_is_decided_and_a_small_one_is_not() -> None:
     assert best(1e2).prospects[0].z < best(1e5).prospects[0].z < best(1e6).prospects[0].z
 
 
+def test_the_runs_in_which_the_rivals_differ_most_are_the_best() -> None:
+    runs = planned_runs([20.0, 27.0, 34.0, 41.0, 48.0], ["erri_b176_low seed=8"], 25.0)
+    every = next_runs(context(), rivals(4e4), runs, SENSORS)
+    assert every[0].probability > every[-1].probability + 0.1
+    found = next_runs(context(), rivals(4e4), runs, SENSORS, most=2)
+    assert [r.run.name for r in found] == [r.run.name for r in every[:2]]
+    assert [r.probability for r in found] == [r.probability for r in every[:2]]
+
+
 def test_uncertain_parameters_lower_the_chance() -> None:
     sure = rivals(1.2e5)
     wide = [replace(r, covariance=np.array([[(0.02 * r.values()[0]) ** 2]])) for r in sure]

@@ -19,6 +19,7 @@ from railui.identification.prediction import Predictor
 from railui.vehicle.model import Model
 
 INTERVALS = 6  # of displacement and of velocity, with as many samples each
+MAX_SAMPLES = 50_000  # of the runs of a role, of which every n-th is then used
 FORCE, SPEED = "F", "v.rig.0"
 
 
@@ -66,7 +67,8 @@ def _residual(model: Model, segments: Sequence[Segment]) -> _Residual | None:
         if diverged[0] >= 0:
             return None
         parts.append((segment.columns[FORCE] - series[0][0], segment.columns["z"], series[0][1]))
-    force, z, v = (np.concatenate(column) for column in zip(*parts, strict=True))
+    step = -(-sum(len(force) for force, _, _ in parts) // MAX_SAMPLES)
+    force, z, v = (np.concatenate(column)[::step] for column in zip(*parts, strict=True))
     return _Residual(force - force.mean(), (z, v))
 
 
