@@ -44,7 +44,7 @@ def dataset() -> Dataset:
 
 
 # in the calibration, in the score test, and after the effect was found
-@pytest.mark.parametrize(("checks", "verdict"), [(3, "outside"), (100, "outside"), (150, "effect")])
+@pytest.mark.parametrize(("checks", "verdict"), [(3, "outside"), (100, "outside"), (155, "effect")])
 def test_a_budget_ends_every_stage(dataset: Dataset, monkeypatch: pytest.MonkeyPatch, checks: int, verdict: str):
     clock = CountingClock()
     rows_after_end = 0
