@@ -117,8 +117,9 @@ class Segment:
 
     @property
     def is_driven(self) -> bool:
-        """True where an input column is not zero throughout."""
-        return any(np.any(self.columns[c]) for c in self.input_columns)
+        """True where an input column is not zero throughout; of a window: of the segment of which it is a part."""
+        columns = (self.window_of or self).columns
+        return any(np.any(columns[c]) for c in self.input_columns)
 
     @property
     def coach_forces(self) -> tuple[str, ...]:

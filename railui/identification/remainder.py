@@ -35,6 +35,9 @@ def describe_remainder(
     discrepancy
         What acts there in addition, outside the library.
     """
+    is_on_both = depends_on_both(context.settings.verdict, evidence.surface)
+    # with a force curve or a drift the residual is another
+    is_explained = discrepancy is not None and discrepancy.lowers_error
     is_structured = has_structure(context.settings.score_test, scores)
     best = scores.best[0] if is_structured and scores.best else None
     located = discrepancy is not None and discrepancy.is_located(context.settings.verdict)
@@ -46,5 +49,5 @@ def describe_remainder(
         candidate=None if best is None else (best.candidate.kind, best.candidate.at, best.candidate.wheelset),
         at=discrepancy.at if located and discrepancy else None,
         wheelset=discrepancy.wheelset if located and discrepancy else None,
-        surface=evidence.surface if depends_on_both(context.settings.verdict, evidence.surface) else None,
+        surface=evidence.surface if is_on_both and not is_explained else None,
     )

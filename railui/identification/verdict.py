@@ -143,7 +143,7 @@ def decide_verdict(
     exceeds_noise
         Whether the error with effects is so far above the noise floor that it is no noise, whatever its structure.
     """
-    has_structure = remainder.structured or remainder.coherent
+    has_structure = remainder.structured or remainder.coherent or remainder.surface is not None
     is_outside = has_discrepancy or has_freed_members or (not is_noise and (has_structure or is_out_of_time))
     if has_effects:
         if diverges:

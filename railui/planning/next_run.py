@@ -126,16 +126,17 @@ def next_runs(
         return [] if known is None else _assess(known.run, known.with_noise(context, noise), sets, settings)
 
     wanted: list[PlannedRun | PlannedBench | PredictedRun] = [*runs, *benches]
+    known: list[PredictedRun] = []
     if most is not None and most < len(runs):
         known = [x for x in map_threads(predicted, runs, context.jobs) if x is not None]
         wanted = [*_most_separated(known, settings)[:most], *benches]
     found = [one for part in map_threads(assess, wanted, context.jobs) for one in part]
-    equivalent = equivalent_rivals(found, settings)
+    equivalent = equivalent_rivals(found, settings, [run.predicted.differences for run in known])
     return sorted((one.next_run(equivalent) for one in found), key=lambda r: -r.probability)
 
 
 def _most_separated(runs: Sequence[PredictedRun], settings: PlanningSettings) -> list[PredictedRun]:
-    """Order runs by the separation of each rival from the nearest that is not equivalent to it, the largest first."""
+    """Order runs by the distances of all rivals from the nearest that is not equivalent, the largest sum first."""
     if not runs:
         return []
     apart = np.max([run.predicted.differences for run in runs], axis=0) >= settings.equivalent_difference
@@ -160,11 +161,16 @@ def _assess(
     return [_Assessment(run, one, *simulated.statistics(one, settings.critical_z), differences) for one in sets]
 
 
-def equivalent_rivals(assessed: Sequence[_Assessment], settings: PlanningSettings) -> NDArray[np.bool_]:
-    """Return which rivals [i, j] predict the same motion in all runs, so that none of them decides between the two."""
+def equivalent_rivals(
+    assessed: Sequence[_Assessment], settings: PlanningSettings, differences: Sequence[FloatArray] = ()
+) -> NDArray[np.bool_]:
+    """Return which rivals [i, j] predict the same motion in all runs, so that none of them decides between the two.
+
+    differences: those [i, j] of the motions in runs whose chance was not computed.
+    """
     if not assessed:
         return np.zeros((0, 0), dtype=bool)
-    apart = np.max([a.differences for a in assessed], axis=0)
+    apart = np.max([*(a.differences for a in assessed), *differences], axis=0)
     best = np.fmax.reduce([0.5 * (a.chance + a.chance.T) for a in assessed])
     return np.asarray((apart < settings.equivalent_difference) & ~(best >= settings.equivalent_chance))
 

@@ -60,15 +60,15 @@ class Prediction:
     share: float
     block: int
 
-    @cached_property
     def _axes(self) -> FloatArray:
-        """Directions [channel, block, k, sample]."""
+        """Directions [channel, block, k, sample]; not retained, since they are as large as the directions."""
         return split_into_blocks(self.directions, self.block).transpose(1, 2, 0, 3)
 
     @cached_property
     def _gram(self) -> FloatArray:
         """Inner products of the directions [channel, block, k, k]."""
-        return np.asarray(self._axes @ self._axes.transpose(0, 1, 3, 2))
+        axes = self._axes()
+        return np.asarray(axes @ axes.transpose(0, 1, 3, 2))
 
     def products(self, measured: FloatArray) -> Products:
         """Return the inner products with the residuals of measured channels [draw, channel, n]."""
@@ -78,7 +78,7 @@ class Prediction:
         """Return the inner products with residuals [draw, channel, n]."""
         in_blocks = split_into_blocks(residuals, self.block).transpose(1, 2, 0, 3)
         squares = np.einsum("cbdn,cbdn->cbd", in_blocks, in_blocks)
-        return Products(self._gram, self._axes @ in_blocks.transpose(0, 1, 3, 2), squares, self.share)
+        return Products(self._gram, self._axes() @ in_blocks.transpose(0, 1, 3, 2), squares, self.share)
 
 
 @dataclass(frozen=True, eq=False)

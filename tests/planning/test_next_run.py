@@ -6,6 +6,8 @@ import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,7 +18,7 @@ from railui.identification.result import LoopResult
 from railui.identification.structure.candidates import Candidate
 from railui.planning.after import FinishedLoop, propose_runs
 from railui.planning.decision import decide
-from railui.planning.next_run import NextRun, next_runs
+from railui.planning.next_run import NextRun, equivalent_rivals, next_runs
 from railui.planning.planned_runs import planned_runs, simulate_runs
 from railui.planning.rivals import RivalModel, read_rivals, rival_models, rival_records, undecided
 from railui.vehicle.effects import PlacedEffect
@@ -59,6 +61,14 @@ def test_the_runs_in_which_the_rivals_differ_most_are_the_best() -> None:
     found = next_runs(context(), rivals(4e4), runs, SENSORS, most=2)
     assert [r.run.name for r in found] == [r.run.name for r in every[:2]]
     assert [r.probability for r in found] == [r.probability for r in every[:2]]
+
+
+def test_rivals_that_differ_in_a_run_that_is_not_assessed_are_not_equivalent() -> None:
+    settings = context().settings.planning
+    near, far = (factor * settings.equivalent_difference * (1.0 - np.eye(2)) for factor in (0.5, 1.5))
+    assessed = [cast(Any, SimpleNamespace(differences=near, chance=np.full((2, 2), 0.1)))]
+    assert equivalent_rivals(assessed, settings)[0, 1]
+    assert not equivalent_rivals(assessed, settings, [near, far])[0, 1]
 
 
 def test_uncertain_parameters_lower_the_chance() -> None:

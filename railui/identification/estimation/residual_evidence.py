@@ -94,7 +94,7 @@ def is_vibration(settings: VerdictSettings, share: Share) -> bool:
 
 def depends_on_both(settings: VerdictSettings, surface: SurfaceShares | None) -> bool:
     """True where a residual force depends on displacement and velocity together, not as a sum of two functions."""
-    return surface is not None and surface.joint - max(surface.additive, 0.0) >= settings.min_surface_share
+    return surface is not None and surface.interaction >= settings.min_surface_share
 
 
 def _is_evident(settings: VerdictSettings, s: Share) -> bool:

@@ -2,7 +2,8 @@
 
 A law of the displacement and a law of the velocity add up to a surface without interaction. Friction that grows with
 the deflection, as of a wedge, does not: no curve shows it, and it is coherent with no motion. Masri and Caughey, J.
-Appl. Mech. 46 (1979) 433.
+Appl. Mech. 46 (1979) 433. In a sweep a part of the plane is visited at one time only, so that a force which changes
+with time or frequency would look like such a law: surfaces of either half of the runs must therefore hold in the other.
 """
 
 from __future__ import annotations
@@ -32,6 +33,11 @@ class SurfaceShares(NamedTuple):
     joint: float
     additive: float
 
+    @property
+    def interaction(self) -> float:
+        """Share that displacement and velocity explain together beyond a function of each."""
+        return self.joint - max(self.additive, 0.0)
+
 
 class _Residual(NamedTuple):
     """Residual force, displacement and velocity [n] of some runs."""
@@ -46,30 +52,38 @@ class _Residual(NamedTuple):
 
 def surface_shares(model: Model, estimation: Sequence[Segment], validation: Sequence[Segment]) -> SurfaceShares | None:
     """Compute the shares of a component's residual force; None where the model diverges or nothing is left."""
-    known, unseen = _residual(model, estimation), _residual(model, validation)
-    if known is None or unseen is None or not np.any(unseen.force):
+    known, unseen = _residual_of_halves(model, estimation), _residual_of_halves(model, validation)
+    if known is None or unseen is None or not any(np.any(half.force) for half in unseen):
         return None
-    edges = [np.quantile(x, np.linspace(0.0, 1.0, INTERVALS + 1)[1:-1]) for x in known.motion]
+    motions = zip(*(half.motion for half in known), strict=True)
+    edges = [np.quantile(np.concatenate(x), np.linspace(0.0, 1.0, INTERVALS + 1)[1:-1]) for x in motions]
 
     def share(indicators: Callable[[Sequence[NDArray[np.intp]]], FloatArray]) -> float:
-        design, unseen_design = indicators(known.intervals(edges)), indicators(unseen.intervals(edges))
-        means, *_ = np.linalg.lstsq(design.T @ design, design.T @ known.force, rcond=1e-9)
-        return 1.0 - float(np.sum((unseen.force - unseen_design @ means) ** 2) / np.sum(unseen.force**2))
+        left = 0.0
+        for one, other in zip(known, reversed(unseen), strict=True):
+            design = indicators(one.intervals(edges))
+            means, *_ = np.linalg.lstsq(design.T @ design, design.T @ one.force, rcond=1e-9)
+            left += float(np.sum((other.force - indicators(other.intervals(edges)) @ means) ** 2))
+        return 1.0 - left / float(sum(np.sum(half.force**2) for half in unseen))
 
     return SurfaceShares(share(_cells), share(_additive))
 
 
-def _residual(model: Model, segments: Sequence[Segment]) -> _Residual | None:
-    """Residual of all segments; None where the model diverges."""
-    parts = []
+def _residual_of_halves(model: Model, segments: Sequence[Segment]) -> tuple[_Residual, _Residual] | None:
+    """Residual of the first halves of all segments, and of the second; None where the model diverges."""
+    halves: tuple[list[FloatArray], list[FloatArray]] = ([], [])
+    step = -(-sum(s.samples for s in segments) // MAX_SAMPLES)
     for segment in segments:
         series, diverged = Predictor(model, segment).simulate([FORCE, SPEED])
         if diverged[0] >= 0:
             return None
-        parts.append((segment.columns[FORCE] - series[0][0], segment.columns["z"], series[0][1]))
-    step = -(-sum(len(force) for force, _, _ in parts) // MAX_SAMPLES)
-    force, z, v = (np.concatenate(column)[::step] for column in zip(*parts, strict=True))
-    return _Residual(force - force.mean(), (z, v))
+        residual = segment.columns[FORCE] - series[0][0]
+        rows = np.stack([residual - residual.mean(), segment.columns["z"], series[0][1]])[:, ::step]
+        middle = rows.shape[1] // 2
+        halves[0].append(rows[:, :middle])
+        halves[1].append(rows[:, middle:])
+    first, second = (np.concatenate(half, axis=1) for half in halves)
+    return _Residual(first[0], (first[1], first[2])), _Residual(second[0], (second[1], second[2]))
 
 
 def _cells(intervals: Sequence[NDArray[np.intp]]) -> FloatArray:

@@ -70,7 +70,8 @@ def hat_functions(x: FloatArray, knots: FloatArray) -> FloatArray:
 def find_drifts(context: Context, fit: Fit) -> list[Drift]:
     """Estimate the drift of every estimated parameter, in descending order of the share explained.
 
-    None of a rig that moves freely: its amplitude remembers the values before.
+    None of a rig that moves freely: its amplitude remembers the values before. The knots of one that is driven are as
+    far apart as its free motion takes to decay.
 
     A parameter that both wheelsets have is tried on each wheelset, and on both in proportion.
     """
@@ -78,12 +79,15 @@ def find_drifts(context: Context, fit: Fit) -> list[Drift]:
         return []
     settings = context.settings.drift
     s = fit.block_abscissae()
+    least_spacing = _memory(fit.model) * settings.min_knot_spacing
     gram = fit.normal.gram.sum(axis=1)
     drifts = []
     for path, ratios in parameter_groups(fit):
         best: Drift | None = None
         count = LEAST_KNOTS
         while count <= settings.max_drift_knots and count * settings.blocks_per_knot <= len(s):
+            if np.ptp(s) < (count - 1) * least_spacing:
+                break
             drift = _estimate_drift(context, fit, gram, path, ratios, s, np.linspace(s.min(), s.max(), count))
             if best is None or drift.share > best.share + settings.finer_drift_share:
                 best = drift
@@ -91,6 +95,14 @@ def find_drifts(context: Context, fit: Fit) -> list[Drift]:
         if best is not None:
             drifts.append(best)
     return sorted(drifts, key=lambda d: -d.share)
+
+
+def _memory(model: Model) -> float:
+    """Time constant [s] of the slowest free motion of a rig with a mass; zero of a vehicle, which forgets in metres."""
+    if model.design.form != "rig":
+        return 0.0
+    growth = model.growth_rate(1.0)
+    return -1.0 / growth if growth < 0.0 else np.inf
 
 
 def parameter_groups(fit: Fit) -> list[tuple[str, dict[str, float]]]:

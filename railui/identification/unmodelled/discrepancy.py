@@ -69,7 +69,7 @@ def find_acting_discrepancy(
     is_structured = has_structure(context.settings.score_test, selection.final_score_test)
     is_unexplained = not error_to_noise <= context.settings.selection.unexplained_ratio  # True for NaN
     variation = find_variation(context, fit)
-    # along a track its values may differ from those of another, on a rig every run has the time
+    # the values along a track need not be those of another; on a rig the validation runs must show them as well
     if variation is not None and variation.against == "t":
         variation = variation if is_significant_gain(context, selection.validation, variation.validation) else None
     discrepancy = variation

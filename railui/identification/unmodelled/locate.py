@@ -236,7 +236,7 @@ def _curve_discrepancy(curve: _FittedCurve, at: str, wheelset: int | None, share
 
 
 def is_conclusive(context: Context, variation: Discrepancy | None) -> bool:
-    """True if a variation along the track explains so much that no gain on the validation runs is required."""
+    """True if a variation explains so much that no gain on the validation runs is required."""
     least = context.campaign.min_gain
     return variation is not None and variation.drift is not None and variation.explained_share >= least
 
@@ -331,12 +331,12 @@ def find_run_dependence(
 def location_of(path: str, ratios: Mapping[str, float], model: Model) -> tuple[str, int | None]:
     """Return location and wheelset of a parameter of the vehicle, or of an added effect."""
     group, name, *keys = path.split(".")
-    if not model.design.is_on_track:
-        return "rig", None
     structure = model.design.structure
     if group == "effects":
         effect = model.design.effects[int(name)]
         return effect.at, effect.wheelset
+    if not model.design.is_on_track:
+        return "rig", None
     if group == "contact":
         is_single = len(ratios) == 1 and name in ("leading", "trailing")
         return "contact", ("leading", "trailing").index(name) + 1 if is_single else None

@@ -30,6 +30,8 @@ def sentence(result: LoopResult) -> str:
 
 def _none_text(result: LoopResult) -> str:
     text = f"No unmodelled effect detected. Validation error {_error(result, 'after')}; {_noise(result)}."
+    if _has_remainder(result) and surface_text(result):
+        return f"{text} {remainder_text(result)}"
     if _has_remainder(result):
         if result.remainder.candidate is not None:
             text = f"{text} {remainder_text(result)} That effect gains too little to count."
@@ -63,12 +65,16 @@ def _outside_text(result: LoopResult) -> str:
     if discrepancy.run_dependence is not None:
         dependence = run_dependence_text(result, discrepancy.run_dependence)
         return f"{text}: {dependence}. Validation error {_error(result, 'after')}; {_noise(result)}."
-    surface = surface_text(result)
-    surface = surface and f" What is left of the force {surface}"
     if not discrepancy.lowers_error:
         error = f"{_error(result, 'after')}, which {_model(discrepancy)} does not lower"
-        return f"{text}. Validation error {error}; {_noise(result)}.{surface}"
-    return f"{text}. Validation error {_errors(result)} with {_model(discrepancy)}; {_noise(result)}.{surface}"
+        text = f"{text}. Validation error {error}; {_noise(result)}."
+        return f"{text} What is left of the force {surface}" if (surface := surface_text(result)) else text
+    return f"{text}. Validation error {_errors(result)} with {_model(discrepancy)}; {_noise(result)}."
+
+
+def _course(discrepancy: Discrepancy | None) -> str:
+    is_in_time = discrepancy is not None and discrepancy.against == "t"
+    return f"varies {'with time' if is_in_time else 'along the track'}"
 
 
 def _without_discrepancy(result: LoopResult) -> str:
@@ -94,6 +100,9 @@ def remainder_text(result: LoopResult) -> str:
     """Return what the final model leaves: how much, where it acts, and which effect it resembles."""
     remainder = result.remainder
     ratio = "" if remainder.ratio is None else f" ({format_share(remainder.ratio)} of the error beyond noise)"
+    drift = result.discrepancy and result.discrepancy.lowers_error and result.discrepancy.drift
+    if drift:
+        return f"The remainder{ratio} is explained by {drift.path}, which {_course(result.discrepancy)}."
     if surface := surface_text(result):
         return f"The remainder{ratio} {surface}"
     if result.discrepancy is not None and result.verdict == "partial":
@@ -114,7 +123,7 @@ def surface_text(result: LoopResult) -> str:
         return ""
     return (
         "depends on displacement and velocity together, as does friction that grows with the deflection: "
-        f"{format_share(surface.joint)} of it on the validation runs."
+        f"{format_share(surface.interaction)} of it on the validation runs, beyond a function of each."
     )
 
 
@@ -228,5 +237,5 @@ def _location(result: LoopResult) -> str:
 
 def _model(discrepancy: Discrepancy | None) -> str:
     if discrepancy is not None and discrepancy.drift is not None:
-        return f"a parameter that varies {'with time' if discrepancy.against == 't' else 'along the track'}"
+        return f"a parameter that {_course(discrepancy)}"
     return "the identified force curve"

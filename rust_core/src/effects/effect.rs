@@ -180,7 +180,8 @@ pub struct Site {
 impl Site {
     /// A place of the suspension, with the motion and speed that steps must hold for: 0.01 m and 0.3 m/s, or 0.01 rad and
     /// 0.1 rad/s. A wheelset that hunts from flange to flange (8 mm on 20 m at 50 m/s) yaws at 0.04 rad/s. Across a primary
-    /// suspension the rms speed is about 0.01 m/s and 0.005 rad/s; the motion of a rig is not known.
+    /// suspension the rms speed is about 0.01 m/s and 0.005 rad/s; across a secondary one it is larger, and so are the
+    /// deflections at which springs yield. The motion of a rig is not known.
     pub fn moving(class: &str, stiffness: f64, damping: f64) -> Self {
         let (speed, usual_speed) = match class {
             "rig" => (0.3, 0.3),

@@ -58,6 +58,24 @@ def test_a_sum_of_two_functions_is_explained_as_well_by_either(tmp_path: Path) -
     assert found.additive > 0.9 and found.joint < found.additive + 0.02
 
 
+def test_a_stiffness_that_fades_during_a_sweep_is_no_friction(tmp_path: Path) -> None:
+    """A sweep visits the ends of the velocity at its end only, when the stiffness has changed."""
+    rng, t = np.random.default_rng(5), np.arange(4800) * 2.5e-3
+    phase = 2.0 * np.pi * (0.5 * t + 0.2 * t**2)
+    for name, amplitude in (("a", 8e-3), ("b", 8.4e-3)):
+        z, v = amplitude * np.sin(phase), amplitude * 2.0 * np.pi * (0.5 + 0.4 * t) * np.cos(phase)
+        force = 5000.0 * np.exp(-t / 8.0) * z + 500.0 * v + rng.normal(0.0, 1.0, len(t))
+        rows = [f"{a:.4f},{b:.8f},{c:.3f}" for a, b, c in zip(t, z, force, strict=True)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["t [s],z [m],F [N]", *rows]) + "\n")
+    (tmp_path / "vehicle.yaml").write_text("name: x\nvehicle: {rig: {input: motion, stiffness: 2600, damping: 500}}\n")
+    (tmp_path / "campaign.yaml").write_text(
+        "vehicle: vehicle.yaml\nruns: [{file: a.csv, role: adjust}, {file: b.csv, role: validate}]\n"
+    )
+    dataset = read_dataset(load_campaign(tmp_path))
+    found = surface_shares(create_context(dataset).nominal, dataset.estimation, dataset.selection)
+    assert found is not None and found.interaction < 0.1
+
+
 def test_noise_of_a_component_depends_on_no_motion(tmp_path: Path) -> None:
     found = shares(tmp_path, lambda z, v: np.zeros_like(z))
     assert max(found) < 0.02
