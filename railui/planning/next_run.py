@@ -116,21 +116,23 @@ def next_runs(
     sets = [tuple(sensors), *((*sensors, c) for c in more)]
     noise = SensorNoise(context, draw_seeds(context, 2))
 
-    def predicted(run: PlannedRun) -> PredictedRun | None:
+    def predict(run: PlannedRun) -> PredictedRun | None:
         return predict_run(context, rivals, run, [*sensors, *more])
 
-    def assess(run: PlannedRun | PlannedBench | PredictedRun) -> list[_Assessment]:
-        if isinstance(run, PlannedBench):
-            return _assess(run, simulate_bench(context, rivals, run), [(FORCE,)], settings)
-        known = run if isinstance(run, PredictedRun) else predicted(run)
-        return [] if known is None else _assess(known.run, known.with_noise(context, noise), sets, settings)
+    def assess(run: PredictedRun | None) -> list[_Assessment]:
+        return [] if run is None else _assess(run.run, run.with_noise(context, noise), sets, settings)
 
-    wanted: list[PlannedRun | PlannedBench | PredictedRun] = [*runs, *benches]
+    def assess_bench(bench: PlannedBench) -> list[_Assessment]:
+        return _assess(bench, simulate_bench(context, rivals, bench), [(FORCE,)], settings)
+
     known: list[PredictedRun] = []
-    if most is not None and most < len(runs):
-        known = [x for x in map_threads(predicted, runs, context.jobs) if x is not None]
-        wanted = [*_most_separated(known, settings)[:most], *benches]
-    found = [one for part in map_threads(assess, wanted, context.jobs) for one in part]
+    if most is None or most >= len(runs):  # one after the other: predictions take much memory
+        parts = list(map_threads(lambda run: assess(predict(run)), runs, context.jobs))
+    else:
+        known = [run for run in map_threads(predict, runs, context.jobs) if run is not None]
+        parts = list(map_threads(assess, _most_separated(known, settings)[:most], context.jobs))
+    parts += map_threads(assess_bench, benches, context.jobs)
+    found = [one for part in parts for one in part]
     equivalent = equivalent_rivals(found, settings, [run.predicted.differences for run in known])
     return sorted((one.next_run(equivalent) for one in found), key=lambda r: -r.probability)
 

@@ -37,25 +37,27 @@ def draw_noise_residuals(
     """
     segment = predictor.segment
 
-    def draw(seed: Sequence[int]) -> FloatArray:
-        rng = np.random.default_rng(np.random.SeedSequence(list(seed)))
+    def draw(rng: np.random.Generator) -> FloatArray:
         response = _response_to_input_noise(context, predictor, clean, rng)
         sensors = context.noise.draw(segment.channels, segment.samples, segment.dt, rng)
         return np.asarray(filter_and_weight(sensors) - response)
 
-    return np.stack(list(map_threads(draw, seeds, context.jobs)))
+    return _realisations(draw, seeds, context.jobs)
 
 
 def draw_responses_to_input_noise(
     context: Context, predictor: Predictor, clean: FloatArray, seeds: Sequence[Sequence[int]]
 ) -> FloatArray:
     """Draw changes of a prediction [draw, channel, n] by the noise of the track; parameters as above."""
+    return _realisations(lambda rng: _response_to_input_noise(context, predictor, clean, rng), seeds, context.jobs)
 
-    def draw(seed: Sequence[int]) -> FloatArray:
-        rng = np.random.default_rng(np.random.SeedSequence(list(seed)))
-        return _response_to_input_noise(context, predictor, clean, rng)
 
-    return np.stack(list(map_threads(draw, seeds, context.jobs)))
+def _realisations(
+    draw: Callable[[np.random.Generator], FloatArray], seeds: Sequence[Sequence[int]], jobs: int | None
+) -> FloatArray:
+    """Draw a realisation [channel, n] from a stream of random numbers for each seed; stack them."""
+    streams = [np.random.default_rng(np.random.SeedSequence(list(seed))) for seed in seeds]
+    return np.stack(list(map_threads(draw, streams, jobs)))
 
 
 def _response_to_input_noise(
@@ -82,9 +84,9 @@ class SensorNoise:
         """Noise [draw, channel, n] of the sensors of a segment."""
         noise, campaign = self._context.noise, self._context.campaign
 
-        def draw() -> FloatArray:
-            streams = (np.random.default_rng(np.random.SeedSequence(list(seed))) for seed in self._seeds)
-            drawn = (noise.draw(segment.channels, segment.samples, segment.dt, rng) for rng in streams)
-            return np.stack([comparison_filter(campaign, segment, series) for series in drawn])
+        def draw(rng: np.random.Generator) -> FloatArray:
+            series = noise.draw(segment.channels, segment.samples, segment.dt, rng)
+            return comparison_filter(campaign, segment, series)
 
-        return self._drawn.get((*segment.channels, segment.samples, segment.dt), draw)
+        key = (*segment.channels, segment.samples, segment.dt)
+        return self._drawn.get(key, lambda: _realisations(draw, self._seeds, 1))

@@ -66,14 +66,17 @@ class EvaluationWindow:
         return require_convergence(*predictor.simulate(channels))
 
 
-def most_active_port(evaluation: EvaluationWindow, at: str, wheelset: int | None) -> tuple[int, FloatArray]:
-    """Return the port of an effect with the largest motion, and that motion z [n]."""
-    model = evaluation.model
+def ports_at(model: Model, at: str, wheelset: int | None) -> list[int]:
+    """List the ports at which an effect of a location acts: the linkage between the wheelsets, where it has one."""
     elements = model.local_elements
     if wheelset is None and (at, LINKAGE_NUMBER) in elements:
-        ports = [LINKAGE_NUMBER]
-    else:
-        ports = [w for a, w in elements if a == at and w != LINKAGE_NUMBER and wheelset in (None, w)]
+        return [LINKAGE_NUMBER]
+    return [w for a, w in elements if a == at and w != LINKAGE_NUMBER and wheelset in (None, w)]
+
+
+def most_active_port(evaluation: EvaluationWindow, at: str, wheelset: int | None) -> tuple[int, FloatArray]:
+    """Return the port of an effect with the largest motion, and that motion z [n]."""
+    ports = ports_at(evaluation.model, at, wheelset)
     motion = evaluation.motion([f"z.{at}.{w}" for w in ports])
     largest = int(np.argmax(motion.std(axis=1)))
     return ports[largest], motion[largest]

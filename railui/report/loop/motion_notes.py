@@ -7,6 +7,7 @@ import numpy as np
 from railui import core
 from railui.identification.result import LoopResult
 from railui.report.loop.catalogued_effects import catalogued_effects
+from railui.report.loop.force_evaluation import ports_at
 from railui.report.loop.wording import effect_title, location_phrase, unit_location
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
@@ -59,8 +60,7 @@ def _gradual_slip_text(title: str, where: str, speed: str, ratio: float) -> str:
 def _rms_speed(result: LoopResult, effect: PlacedEffect) -> float:
     """Rms speed at the ports of an effect over the estimation runs; zero where the final model diverges."""
     model = result.after.model
-    ports = [w for at, w in model.local_elements if at == effect.at and effect.wheelset in (None, w)]
-    names = [f"v.{effect.at}.{w}" for w in ports if w != core.LINKAGE_NUMBER]
+    names = [f"v.{effect.at}.{w}" for w in ports_at(model, effect.at, effect.wheelset)]
     series = [target.motion_predictor(model).simulate(names) for target in result.after.segments] if names else []
     squares = [np.mean(s.series[0] ** 2) for s in series if s.diverged[0] < 0]
     return float(np.sqrt(np.mean(squares))) if squares else 0.0

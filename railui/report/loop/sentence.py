@@ -30,9 +30,9 @@ def sentence(result: LoopResult) -> str:
 
 def _none_text(result: LoopResult) -> str:
     text = f"No unmodelled effect detected. Validation error {_error(result, 'after')}; {_noise(result)}."
-    if _has_remainder(result) and surface_text(result):
-        return f"{text} {remainder_text(result)}"
     if _has_remainder(result):
+        if result.remainder.surface is not None:
+            return f"{text} {remainder_text(result)}"
         if result.remainder.candidate is not None:
             text = f"{text} {remainder_text(result)} That effect gains too little to count."
         return (
@@ -74,7 +74,7 @@ def _outside_text(result: LoopResult) -> str:
 
 def _course(discrepancy: Discrepancy | None) -> str:
     is_in_time = discrepancy is not None and discrepancy.against == "t"
-    return f"varies {'with time' if is_in_time else 'along the track'}"
+    return "with time" if is_in_time else "along the track"
 
 
 def _without_discrepancy(result: LoopResult) -> str:
@@ -102,7 +102,8 @@ def remainder_text(result: LoopResult) -> str:
     ratio = "" if remainder.ratio is None else f" ({format_share(remainder.ratio)} of the error beyond noise)"
     drift = result.discrepancy and result.discrepancy.lowers_error and result.discrepancy.drift
     if drift:
-        return f"The remainder{ratio} is explained by {drift.path}, which {_course(result.discrepancy)}."
+        varying = f"a variation of {drift.path} {_course(result.discrepancy)}"
+        return f"Of the remainder{ratio} {varying} explains {format_share(drift.share)} on the estimation runs."
     if surface := surface_text(result):
         return f"The remainder{ratio} {surface}"
     if result.discrepancy is not None and result.verdict == "partial":
@@ -237,5 +238,5 @@ def _location(result: LoopResult) -> str:
 
 def _model(discrepancy: Discrepancy | None) -> str:
     if discrepancy is not None and discrepancy.drift is not None:
-        return f"a parameter that {_course(discrepancy)}"
+        return f"a parameter that varies {_course(discrepancy)}"
     return "the identified force curve"

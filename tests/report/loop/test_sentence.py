@@ -9,6 +9,7 @@ from typing import Any, cast
 import pytest
 
 from railui.campaign.settings.loop_settings import LoopSettings
+from railui.identification.estimation.residual_surface import SurfaceShares
 from railui.identification.estimation.validation import Validation
 from railui.identification.result import LoopResult
 from railui.identification.structure.freed_groups import FreedGroups
@@ -114,6 +115,28 @@ def discrepancy(
         is_located=lambda settings: located,
         locations=lambda settings: locations,
     )
+
+
+def test_a_variation_beside_an_effect_has_its_share_of_the_remainder() -> None:
+    left = Remainder(0.058, 0.3, True, True, ("quadratic_damper", "rig", None), "rig")
+    drift = SimpleNamespace(path="vehicle.rig.stiffness", share=0.772)
+    rest = discrepancy("rig", None, located=True)
+    rest.drift, rest.against = drift, "t"
+    text = sentence(result("effect", PLAY, ratio=3.0, remainder=left, share=0.94, discrepancy=rest))
+    assert text.endswith(
+        "Of the remainder (5.8 % of the error beyond noise) a variation of vehicle.rig.stiffness with time explains "
+        "77 % on the estimation runs."
+    )
+    rest.lowers_error = False
+    text = sentence(result("effect", PLAY, ratio=3.0, remainder=left, share=0.94, discrepancy=rest))
+    assert text.endswith("resembles quadratic damper in the rig.")
+
+
+def test_a_force_of_displacement_and_velocity_is_no_noise() -> None:
+    left = Remainder(1.0, 0.01, False, False, surface=SurfaceShares(0.95, 0.15))
+    text = sentence(result("none", ratio=3.1, remainder=left))
+    assert "depends on displacement and velocity together" in text and "80 % of it on the validation runs" in text
+    assert "noise is larger" not in text
 
 
 def test_a_partial_verdict_has_the_share_and_the_location_of_the_rest() -> None:
