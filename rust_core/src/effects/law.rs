@@ -1,5 +1,6 @@
 //! Laws as the steps call them: what they are given and what they give, and the choice among those of the catalogue.
 use super::Law;
+use super::port::{Action, act_by};
 use crate::simd::{Lanes, Part};
 
 /// The prepared numbers of a part of the lanes.
@@ -145,6 +146,14 @@ macro_rules! steps {
                 match self {
                     $($(#[$condition])* Law::$force => <super::$f::$force as Force>::force(p, z, v, s, x, dx), $(Law::$choice => <super::$f::$choice as Force>::force(p, z, v, s, x, dx),)*)*
                     _ => P::zero(),
+                }
+            }
+
+            /// What a port does whose force is this.
+            pub(super) fn action<P: Part>(self) -> Action<P> {
+                match self {
+                    $($(#[$condition])* Law::$force => act_by::<P, super::$f::$force>, $(Law::$choice => act_by::<P, super::$f::$choice>,)*)*
+                    _ => unreachable!("only forces act at ports"),
                 }
             }
 

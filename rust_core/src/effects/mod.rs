@@ -153,14 +153,6 @@ macro_rules! catalogue {
                 }
             }
 
-            /// True of a force of the distance run alone.
-            pub fn is_of_distance(self) -> bool {
-                match self {
-                    $($(#[$condition])* Law::$force => <$f::$force as Force>::OF_DISTANCE, $(Law::$choice => <$f::$choice as Force>::OF_DISTANCE,)*)*
-                    _ => false,
-                }
-            }
-
             /// True if the law depends on the speed.
             pub fn looks_at_speed(self) -> bool {
                 match self {

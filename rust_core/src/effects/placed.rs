@@ -21,7 +21,6 @@ pub struct PlacedLaw {
     /// All amounts are one: nothing to blend.
     pub acts_fully: bool,
     pub looks_at_speed: bool,
-    pub is_of_distance: bool,
 }
 
 impl PlacedLaw {
@@ -46,7 +45,6 @@ impl PlacedLaw {
             has_state: law.record().states > 0,
             acts_fully: alpha.0.iter().all(|a| *a == 1.0),
             looks_at_speed: law.looks_at_speed(),
-            is_of_distance: law.is_of_distance(),
         }
     }
 
@@ -74,6 +72,7 @@ impl<'a, P: Part> Port<'a, P> {
     pub fn new(law: &'a PlacedLaw, pushes: &[(usize, Lanes)], n: usize, speed_scale: &Lanes, at: usize) -> Self {
         Port {
             law,
+            action: law.law.action(),
             at,
             motion: Terms::new(&law.row, 0, at, P::splat(1.0)),
             speed: Terms::new(&law.row, n, at, P::splat(1.0)),

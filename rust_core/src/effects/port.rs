@@ -1,8 +1,9 @@
 //! Laws at ports, made ready for a part of the lanes.
 use super::PlacedLaw;
-use super::law::Numbers;
-use crate::simd::{Part, Work};
-use crate::simd::{Place, STATES};
+use super::effect::Effect;
+use super::law::{Force, Numbers};
+use crate::simd::{Part, Place, STATES, Work};
+use std::marker::PhantomData;
 
 /// Terms of a row that need no loop. Last places of a state, which are rarely used, fill it up with factors of zero.
 pub(super) const UNROLLED: usize = 3;
@@ -40,6 +41,8 @@ impl<P: Part> Terms<P> {
 /// A law at a port: the row of its motion, and what its force pushes.
 pub struct Port<'a, P> {
     pub(super) law: &'a PlacedLaw,
+    /// [`act_by`] its law.
+    pub(super) action: Action<P>,
     pub(super) at: usize,
     pub(super) motion: Terms<P>,
     pub(super) speed: Terms<P>,
@@ -53,6 +56,9 @@ pub struct Port<'a, P> {
     pub(super) known: (usize, P),
 }
 
+/// Of a port, at a row of the input table with this index: from x to dx.
+pub(super) type Action<P> = for<'a> fn(&mut Port<'a, P>, usize, &[f64], &[P; STATES], &mut [P; STATES]);
+
 impl PlacedLaw {
     #[inline(always)]
     pub fn numbers(&self, at: usize) -> Numbers<'_> {
@@ -63,53 +69,56 @@ impl PlacedLaw {
 /// Adds the forces of laws at ports, or the accelerations by them, to dx at a row of the input table with this index.
 #[inline(always)]
 pub fn act<P: Part>(ports: &mut [Port<'_, P>], index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-    if !ports.is_empty() {
-        P::out_of_line(Acting { ports, index, row, x, dx });
+    for port in ports {
+        (port.action)(port, index, row, x, dx);
     }
 }
 
-struct Acting<'l, 'a, P> {
-    ports: &'l mut [Port<'a, P>],
+/// The action of a law, compiled on its own: constants of other laws are not its own.
+pub(super) fn act_by<P: Part, F: Force + Effect>(
+    port: &mut Port<'_, P>,
+    index: usize,
+    row: &[f64],
+    x: &[P; STATES],
+    dx: &mut [P; STATES],
+) {
+    P::out_of_line(Acting { port, index, row, x, dx, law: PhantomData::<F> });
+}
+
+struct Acting<'l, 'a, P, F> {
+    port: &'l mut Port<'a, P>,
     index: usize,
     row: &'l [f64],
     x: &'l [P; STATES],
     dx: &'l mut [P; STATES],
+    law: PhantomData<F>,
 }
 
-impl<P: Part> Work for Acting<'_, '_, P> {
+impl<P: Part, F: Force + Effect> Work for Acting<'_, '_, P, F> {
     #[inline(always)]
     fn run(self) {
-        let Acting { ports, index, row, x, dx } = self;
-        for port in ports {
-            port.act(index, row, x, dx);
+        let Acting { port, index, row, x, dx, .. } = self;
+        if F::OF_DISTANCE && port.known.0 == index {
+            return port.pushes.add(port.known.1, dx);
         }
-    }
-}
-
-impl<P: Part> Port<'_, P> {
-    #[inline(always)]
-    fn act(&mut self, index: usize, row: &[f64], x: &[P; STATES], dx: &mut [P; STATES]) {
-        let (law, none) = (self.law, P::zero());
-        if law.is_of_distance && self.known.0 == index {
-            return self.pushes.add(self.known.1, dx);
-        }
-        let mut z = self.motion.sum(x, none);
-        let mut v = if law.looks_at_speed { self.speed.sum(x, none) } else { none };
-        for (column, a) in &self.inputs {
+        let none = P::zero();
+        let mut z = port.motion.sum(x, none);
+        let mut v = if F::SPEED { port.speed.sum(x, none) } else { none };
+        for (column, a) in &port.inputs {
             z = a.mul_add(P::splat(row[*column]), z);
-            if law.looks_at_speed {
-                let speed = P::splat(row[1]) * self.speed_scale;
+            if F::SPEED {
+                let speed = P::splat(row[1]) * port.speed_scale;
                 v = a.mul_add(speed * P::splat(row[column + 1]), v);
             }
         }
         let mut own = none;
-        let force = law.law.force(law.numbers(self.at), z, v, row[0], self.own.of(x), &mut own);
-        if law.has_state {
-            self.own.put(dx, own);
+        let force = F::force(port.law.numbers(port.at), z, v, row[0], port.own.of(x), &mut own);
+        if F::RECORD.states > 0 {
+            port.own.put(dx, own);
         }
-        if law.is_of_distance {
-            self.known = (index, force);
+        if F::OF_DISTANCE {
+            port.known = (index, force);
         }
-        self.pushes.add(force, dx);
+        port.pushes.add(force, dx);
     }
 }
