@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -117,6 +118,15 @@ def test_a_second_mode_of_a_free_decay_is_no_noise(tmp_path: Path):
     data, _ = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
     assert data["verdict"] == "outside" and "noise is larger" not in data["sentence"]
     assert not data["effects"]
+
+
+def test_noise_of_the_input_that_a_resonance_amplifies_is_no_discrepancy(tmp_path: Path):
+    rig, declared = Rig(m=12.0, k=4700.0, c=18.0), Rig(m=12.0, k=5400.0, c=14.0)
+    bench = Bench(rig=rig, declared=declared, columns=("z",), rate=250.0, seconds=(25.0, 20.0))
+    write(replace(bench, noise=0.002, input_noise=0.03), tmp_path)
+    result = close_loop(read_dataset(load_campaign(tmp_path)), without=SLOW, jobs=1)
+    assert result.validations["after"].nrmse > 1.3 * result.noise_floor.nrmse
+    assert (result.verdict, result.discrepancy) == ("none", None)
 
 
 def varying_rig(tmp_path: Path, stiffness: Callable[[float], float], damping: Callable[[float], float]) -> Dataset:

@@ -143,6 +143,7 @@ class Bench:
     rate: float = 1000.0
     columns: Sequence[str] = ("z", "az")
     noise: float = 0.01  # share of each column's standard deviation
+    input_noise: float = 0.0  # the same of u
     amplitude: float = 4e-3  # m: the release, or the standard deviation the drive gives the linear rig about
 
 
@@ -171,7 +172,9 @@ def bench_runs(bench: Bench) -> tuple[Rig, dict[str, dict[str, Array]]]:
         else:
             u, start = excitation(bench, rig, t, own), (0.0, 0.0)
         seen = respond(rig, t, u, bench.effects, start)
-        runs[name] = {"t": t} | ({} if u is None else {"u": u})
+        runs[name] = {"t": t}
+        if u is not None:
+            runs[name]["u"] = u + bench.input_noise * float(u.std()) * own.standard_normal(len(t))
         for x in bench.columns:
             sd = noise.setdefault(x, bench.noise * float(seen[x].std()))
             runs[name][x] = seen[x] + own.normal(0.0, sd, len(t))

@@ -54,6 +54,14 @@ class VerdictSettings:
         provenance="trial: at most 0.17 in 300 records of 1/f noise, 0.06 of white noise; 0.45 to 1 with a second mode "
         "or a stiffness that varies in time",
     )
+    max_input_noise_share: float = setting(
+        0.03,
+        maximum=1.0,
+        meaning="Noise of the measured input of a rig, over this input about the frequency of a vibration of the "
+        "residual, up to which it may explain that vibration.",
+        provenance="trial: 0.01 with 1.5 % of white noise on a force; 0.09 to 1.6 where stiffness or damping varies "
+        "with time, or a second mode is left",
+    )
     min_surface_share: float = setting(
         0.5,
         maximum=1.0,

@@ -22,7 +22,7 @@ from railui.identification.prediction import Prediction
 HARMONICS = (1, 2, 3)
 
 
-def share_at_harmonics(predictions: Sequence[Prediction]) -> Share:
+def share_at_harmonics(predictions: Sequence[Prediction], standard_errors: float) -> Share:
     """Share of the residual's power at the frequency of a free motion and its multiples, beyond noise of any colour.
 
     A wrong law changes frequency, decay or shape of the oscillation. Noise and drift of the sensor have a continuous
@@ -33,16 +33,20 @@ def share_at_harmonics(predictions: Sequence[Prediction]) -> Share:
     predictions
         Of a model on records of a free motion; those that diverge, or are shorter than ten periods, are left out.
 
+    standard_errors
+        By which a significant share exceeds zero.
+
     Returns
     -------
     Share
-        Of the channel with most, over all records, and its standard error in noise of the interpolated density; NaN
-        where no record resolves the lines.
+        Of the channel with the largest significant one, over all records, and its standard error in noise of the
+        interpolated density; NaN where no record resolves the lines.
     """
-    return largest_share(
+    powers = (
         (c.name, _power_at_harmonics(c.measured - c.simulated, c.simulated, 1.0 / c.prediction.comparison.dt))
         for c in followed_channels(predictions)
     )
+    return largest_share(powers, standard_errors)
 
 
 def _power_at_harmonics(residual: FloatArray, motion: FloatArray, rate: float) -> LinePower:

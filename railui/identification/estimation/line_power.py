@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.identification.estimation.residual_coherence import UNKNOWN, Share
@@ -31,30 +32,31 @@ class LinePower(NamedTuple):
 
 def line_power(f: FloatArray, density: FloatArray, line: float, spacing: float) -> LinePower:
     """Compute the power of a density [F] at frequencies f [F] in a line, whose neighbours are a spacing away."""
-
-    def mean_density(low: float, high: float) -> tuple[float, float]:
-        """Mean between two frequencies, and how many independent values it has."""
-        inside = density[(f >= low) & (f <= high)]
-        return float(inside.mean()), len(inside) / WINDOW_WIDTH
-
-    near, far = GAP[0] * spacing, GAP[1] * spacing
-    below, n_below = mean_density(line - far, line - near)
-    above, n_above = mean_density(line + near, line + far)
-    half = LINE_HALF_WIDTH * spacing
-    inside, n_line = mean_density(line - half, line + half)
+    below, inside, above = line_bands(f, line, spacing)
+    noise = float(np.sqrt(density[below].mean() * density[above].mean()))
     # a mean of n values has the relative variance 1/n, the geometric mean of two means a quarter of the sum
-    noise = float(np.sqrt(below * above))
-    variance = (2.0 * half * noise) ** 2 * (1.0 / n_line + 0.25 / n_below + 0.25 / n_above)
-    return LinePower(2.0 * half * (inside - noise), variance, float(density.sum() * f[1]))
+    relative = WINDOW_WIDTH * float(1.0 / inside.sum() + 0.25 / below.sum() + 0.25 / above.sum())
+    width = 2.0 * LINE_HALF_WIDTH * spacing
+    excess = width * (float(density[inside].mean()) - noise)
+    return LinePower(excess, (width * noise) ** 2 * relative, float(density.sum() * f[1]))
 
 
-def largest_share(powers: Iterable[tuple[str, LinePower]]) -> Share:
-    """Share of a channel's power that is in lines, of the channel with most, and its standard error in noise.
+def line_bands(f: FloatArray, line: float, spacing: float) -> tuple[NDArray[np.bool_], ...]:
+    """Which of the frequencies f [F] lie in the gap below a line, in the line and in the gap above it."""
+    near, far, half = (share * spacing for share in (*GAP, LINE_HALF_WIDTH))
+    edges = ((line - far, line - near), (line - half, line + half), (line + near, line + far))
+    return tuple((f >= low) & (f <= high) for low, high in edges)
+
+
+def largest_share(powers: Iterable[tuple[str, LinePower]], standard_errors: float) -> Share:
+    """Share of a channel's power that is in lines, and its standard error in noise: the largest that is significant.
 
     Parameters
     ----------
     powers
         Channel and power of every record. Channels have different units, so that their powers do not add.
+    standard_errors
+        By which a significant share exceeds zero; where none does, the largest of all is returned.
 
     Returns
     -------
@@ -65,7 +67,8 @@ def largest_share(powers: Iterable[tuple[str, LinePower]]) -> Share:
     for channel, power in powers:
         sums[channel] = sums.get(channel, np.zeros(3)) + power
     shares = [Share(float(e / total), float(np.sqrt(v) / total)) for e, v, total in sums.values() if total > 0.0]
-    return max(shares, key=lambda s: s.share, default=UNKNOWN)
+    significant = [s for s in shares if s.is_significant(standard_errors)]
+    return max(significant or shares, key=lambda s: s.share, default=UNKNOWN)
 
 
 class FollowedChannel(NamedTuple):

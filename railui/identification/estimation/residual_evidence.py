@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,10 +11,13 @@ from railui.campaign.comparison import compared_channels
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.free_decay import share_at_harmonics
+from railui.identification.estimation.input_noise import input_noise_spectra
 from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
 from railui.identification.estimation.residual_surface import SurfaceShares, surface_shares
 from railui.identification.estimation.residual_vibration import vibration_share
 from railui.identification.estimation.validation import predict_each
+from railui.identification.prediction import Prediction
+from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 
@@ -59,10 +62,10 @@ def examine_residual(context: Context, model: Model) -> ResidualEvidence:
         len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments
     )
     if not has_reference:  # a single channel of a rig that swings freely
-        lines = share_at_harmonics(predictions)
+        lines = share_at_harmonics(predictions, settings.coherence_standard_errors)
         has_reference = bool(np.isfinite(lines.share)) and not _is_evident(settings, lines)
     if all(s.kind == "rig" for s in segments):
-        has_reference = has_reference and not is_vibration(settings, vibration_share(predictions))
+        has_reference = has_reference and not _vibrates(context, model, predictions)
     evidence = summarise_coherence(settings, coherence, has_reference=has_reference)
     if not all(s.kind == "bench" for s in context.dataset.segments):
         return evidence
@@ -84,6 +87,16 @@ def summarise_coherence(
     largest, channel = max(evident or shares, key=lambda item: item[0].share)
     is_shared = any(_is_evident(settings, c.others) for c in coherence.values())
     return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_reference and not evident)
+
+
+def _vibrates(context: Context, model: Model, predictions: Sequence[Prediction]) -> bool:
+    """True where a residual has a vibration that noise of the measured input does not explain."""
+    settings = context.settings.verdict
+    if not is_vibration(settings, vibration_share(settings, predictions)):
+        return False
+    segments = [p.segment for p in predictions if p.diverged_at is None]
+    spectra = map_threads(lambda s: input_noise_spectra(context, model, s), segments, context.jobs)
+    return is_vibration(settings, vibration_share(settings, predictions, dict(zip(segments, spectra, strict=True))))
 
 
 def is_vibration(settings: VerdictSettings, share: Share) -> bool:

@@ -6,48 +6,68 @@ the rig answers them at its natural frequencies all the same.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.campaign.segment import Segment
+from railui.campaign.settings.verdict import VerdictSettings
 from railui.dsp.spectra import hann_periodogram
+from railui.identification.estimation.input_noise import InputNoiseSpectra
 from railui.identification.estimation.line_power import (
     MIN_PERIODS,
     REACH,
     LinePower,
     followed_channels,
     largest_share,
+    line_bands,
     line_power,
 )
 from railui.identification.estimation.residual_coherence import Share
 from railui.identification.prediction import Prediction
 
 
-def vibration_share(predictions: Sequence[Prediction]) -> Share:
+def vibration_share(
+    settings: VerdictSettings,
+    predictions: Sequence[Prediction],
+    input_noise: Mapping[Segment, InputNoiseSpectra | None] | None = None,
+) -> Share:
     """Share of the residual's power about the frequency where it has most, beyond noise of any colour.
 
     Parameters
     ----------
     predictions
         Of a model on records of a rig; those that diverge are left out.
+    input_noise
+        Spectra of the response to noise of the measured input on each segment: a resonance amplifies this noise, and
+        what a little of it leaves is no vibration.
 
     Returns
     -------
     Share
-        Of the channel with most, over all records, and its standard error; a residual with most power at a few periods
-        in a record, as drift has, counts as one without vibration.
+        Of the channel with the largest significant one, over all records, and its standard error; a residual with most
+        power at a few periods in a record, as drift has, counts as one without vibration.
     """
-    return largest_share(
-        (c.name, _power_about_peak(c.measured - c.simulated, 1.0 / c.prediction.comparison.dt))
-        for c in followed_channels(predictions)
-    )
+    powers = []
+    for c in followed_channels(predictions):
+        spectra = input_noise.get(c.prediction.segment) if input_noise else None
+        rate = 1.0 / c.prediction.comparison.dt
+        powers.append((c.name, _power_about_peak(settings, c.name, c.measured - c.simulated, rate, spectra)))
+    return largest_share(powers, settings.coherence_standard_errors)
 
 
-def _power_about_peak(residual: FloatArray, rate: float) -> LinePower:
+def _power_about_peak(
+    settings: VerdictSettings, channel: str, residual: FloatArray, rate: float, spectra: InputNoiseSpectra | None
+) -> LinePower:
     """Power of a residual [n] about the frequency where it has most."""
     f, density = hann_periodogram(residual, rate)
     peak = float(f[int(np.argmax(density))])
     if peak < MIN_PERIODS * f[1] or (1.0 + REACH) * peak > f[-1]:
         return LinePower(0.0, 0.0, float(density.sum() * f[1]))
+    if spectra is not None:
+        _, line, _ = line_bands(f, peak, peak)
+        needed = density[line].sum() / max(spectra.responses[channel][line].sum(), 1e-300) * spectra.noise[line].sum()
+        if needed <= settings.max_input_noise_share**2 * spectra.input[line].sum():
+            return LinePower(0.0, 0.0, float(density.sum() * f[1]))
     return line_power(f, density, peak, peak)
