@@ -99,12 +99,8 @@ class Discrepancy:
         return len(self.locations(settings)) == 1
 
     def locations(self, settings: VerdictSettings) -> list[tuple[str, int | None, LocationEvidence]]:
-        """List the locations that explain the residual equally well; empty without evidence, or where they are many.
-
-        A rig has one place, which any evidence names.
-        """
-        is_only_place = self.at == "rig" and self.evidence is not NO_EVIDENCE
-        if not self.at or not (self.evidence.is_sufficient(settings) or is_only_place):
+        """List the locations that explain the residual equally well; empty without evidence, or where they are many."""
+        if not self.at or not self.evidence.is_sufficient(settings):
             return []
         found = [(self.at, self.wheelset, self.evidence)]
         found += [(o.at, o.wheelset, LocationEvidence(o.share, o.standard_error)) for o in self.rivals]
