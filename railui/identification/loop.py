@@ -149,8 +149,8 @@ def _better_base(context: Context, base: _Base, selection: Selection, nominal: V
     if fit is None:
         return None
     validation = validate(context, fit.model, context.dataset.selection)
-    if validation.nrmse > base.validation.nrmse or has_failed(context, fit, nominal, validation):
-        return None
+    if not validation.nrmse <= base.validation.nrmse or has_failed(context, fit, nominal, validation):
+        return None  # no better, or it diverges
     context.progress.message(
         "the calibration had ended in a local minimum; from the estimates with an effect, without the effect: "
         f"NRMSE {base.validation.nrmse:.4f} -> {validation.nrmse:.4f}; selecting again"
@@ -200,7 +200,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         has_freed_members=freed_members_lower_error(context, selection.freed, selection.validation),
         is_out_of_time=is_cut,
         diverges=bool(validations["after"].diverged),
-        exceeds_noise=validations["after"].nrmse > context.settings.verdict.max_noise_ratio * floor.nrmse,
+        exceeds_noise=not validations["after"].nrmse <= context.settings.verdict.max_noise_ratio * floor.nrmse,
     )
     context.progress.message(
         f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"

@@ -11,9 +11,7 @@ from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.residual_surface import SurfaceShares
-from railui.identification.estimation.validation import Validation
-
-NO_MOTION = 1.0  # NRMSE of a model that does not move, which a model that diverges counts with
+from railui.identification.estimation.validation import NO_MOTION, Validation
 
 
 class Verdict(StrEnum):
@@ -80,22 +78,24 @@ def explained_share(before: Validation, after: Validation, floor: NoiseFloor) ->
     -------
     Explained or None
         None where the calibrated model is at the noise floor, so that there is nothing to explain, or where the final
-        model diverges. The standard error is that of a ratio over blocks of time, with the spread of the floor.
+        model diverges. The standard error is that of a ratio over blocks of time, with the spread of the floor. An
+        unknown floor (NaN) counts as zero: the share is a lower bound.
     """
     if not np.isfinite(after.nrmse):
         return None
     has_blocks = np.isfinite(before.nrmse)
     squared = before.nrmse**2 if has_blocks else NO_MOTION
-    total = squared - floor.nrmse**2
-    if total <= 2.0 * floor.nrmse * floor.sd:
+    level, spread = (floor.nrmse, floor.sd) if np.isfinite(floor.nrmse) else (0.0, 0.0)
+    total = squared - level**2
+    if total <= 2.0 * level * spread:
         return None
     ratio = (squared - after.nrmse**2) / total
     value = float(np.clip(ratio, 0.0, 1.0))
     if not has_blocks or len(before.block_errors) != len(after.block_errors):
         return Explained(value, None)
-    noise = floor.nrmse**2 / len(before.block_errors)
+    noise = level**2 / len(before.block_errors)
     of_blocks = ratio_standard_error(before.block_errors - after.block_errors, before.block_errors - noise)
-    of_floor = ratio / total * 2.0 * floor.nrmse * floor.sd
+    of_floor = ratio / total * 2.0 * level * spread
     return Explained(value, float(np.hypot(of_blocks, of_floor)))
 
 

@@ -10,36 +10,44 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import Context
-from railui.identification.estimation.block_products import scaled_inverse
-from railui.identification.estimation.fit import Fit, NormalEquations
-from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.fixed_parameter import fit_with_parameter_fixed
 from railui.identification.prediction import SimulationError
+from railui.parallel import map_threads
 
 REACH = np.sqrt(3.0)  # of the outer points of the quadrature, in standard deviations
 OUTER_WEIGHT = 1.0 / 6.0  # of each of the two outer points; the one in the middle has no spread
+TOLERANCE = 1e-5  # of the estimates at the outer points
+MAX_ITERATIONS = 10
 
 
 def with_spread_of_held_parameters(context: Context, fit: Fit) -> Fit:
     """Return a fit whose covariance has the spread over parameters that only a prior determines.
 
-    The other estimates follow such a parameter to the ends of a three-point Gauss-Hermite quadrature, by one step of
-    Gauss-Newton from the point that the covariance predicts. Their second moment about the estimate takes the place of
-    the linear part of the covariance (Julier and Uhlmann, Proc. SPIE 3068 (1997) 182).
+    At the outer points of a three-point Gauss-Hermite quadrature over such a parameter the others are estimated again.
+    Their second moment about the estimate takes the place of the linear part of the covariance (Julier and Uhlmann,
+    Proc. SPIE 3068 (1997) 182). A point at which the vehicle diverges counts as the mirror image of the other.
     """
+    held = held_parameters(fit, context.settings.identifiability)
+    background = context.in_background(1)
+
+    def change_at(task: tuple[int, float]) -> FloatArray | None:
+        return _change_of_estimates(background, fit, *task)
+
+    changes = list(map_threads(change_at, [(j, side * REACH) for j in held for side in (-1.0, 1.0)], context.jobs))
     covariance = fit.covariance
-    for j in held_parameters(fit, context.settings.identifiability):
-        ends = [end for side in (-REACH, REACH) if (end := _estimates_along(context, fit, j, side)) is not None]
-        if len(ends) < 2:
+    for j, *ends in zip(held, changes[::2], changes[1::2], strict=True):
+        known = [change for change in ends if change is not None]
+        if not known:
             continue
-        moment = OUTER_WEIGHT * sum(np.outer(change, change) for change in ends)
+        moment = 2.0 * OUTER_WEIGHT * np.mean([np.outer(change, change) for change in known], axis=0)
         linear = np.outer(covariance[j], covariance[j]) / covariance[j, j]
         covariance = covariance - linear + moment
-    return fit if covariance is fit.covariance else replace(fit, given_covariance=covariance)
+    return replace(fit, given_covariance=covariance) if held else fit
 
 
 def held_parameters(fit: Fit, settings: IdentifiabilitySettings) -> list[int]:
@@ -52,30 +60,18 @@ def held_parameters(fit: Fit, settings: IdentifiabilitySettings) -> list[int]:
     return [int(j) for j in np.flatnonzero(is_held) if np.any(correlation[j, ~is_fixed] > limit)]
 
 
-def _estimates_along(context: Context, fit: Fit, j: int, reach: float) -> FloatArray | None:
-    """Change [p] of all estimates where parameter j is so many standard deviations off; None where the fit fails."""
-    optimiser = GaussNewton.of_fit(context.in_background(context.jobs), fit)
-    center, free = fit.least_squares, ~fit.free.are_on_bound(fit.x)
-    free[j] = False
-    linear = reach * fit.covariance[j] / fit.sd[j]
-    start = center + linear
-    if np.any((start < fit.free.low) | (start > fit.free.high)):
+def _change_of_estimates(context: Context, fit: Fit, j: int, reach: float) -> FloatArray | None:
+    """Change [p] of all estimates with parameter j so many standard deviations off; None where the vehicle diverges.
+
+    Where a bound of the parameter is nearer, the change up to there is extended in proportion.
+    """
+    center = fit.least_squares
+    value = float(np.clip(center[j] + reach * fit.sd[j], fit.free.low[j], fit.free.high[j]))
+    share = (value - center[j]) / (reach * fit.sd[j])
+    if share <= 0.0:
         return None
     try:
-        normal = optimiser.linearise(start)
+        refit = fit_with_parameter_fixed(context, fit, j, value, tolerance=TOLERANCE, max_iterations=MAX_ITERATIONS)
     except SimulationError:
         return None
-    step = _step(optimiser, normal, start, free) - _step(optimiser, fit.normal, center, free)
-    tried = start + step
-    if np.any((tried < fit.free.low) | (tried > fit.free.high)):
-        return None
-    misfits = optimiser.misfit(np.stack([start, tried]))
-    return np.asarray(linear + step if misfits[1] < misfits[0] else linear)
-
-
-def _step(optimiser: GaussNewton, normal: NormalEquations, x: FloatArray, free: NDArray[np.bool_]) -> FloatArray:
-    """Step [p] of Gauss-Newton at x [p] in the free parameters [p]."""
-    a, g = optimiser.equations(normal, x)
-    step = np.zeros(len(x))
-    step[free] = scaled_inverse(a[np.ix_(free, free)]) @ g[free]
-    return step
+    return np.asarray((np.insert(refit.x, j, value) - center) / share)

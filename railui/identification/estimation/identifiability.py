@@ -12,6 +12,7 @@ from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.fixed_parameter import fit_with_parameter_fixed
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.prediction import SimulationError
 
@@ -155,22 +156,18 @@ def profile_likelihood(context: Context, fit: Fit, path: str) -> Profile:
     """
     context = context.in_background(context.jobs)
     j = fit.free.paths.index(path)
-    others = [k for k in range(len(fit.x)) if k != j]
-    free = fit.free.without_parameter(j)
     sd = fit.sd[j]
     center, shift = fit.least_squares, float(fit.x[j] - fit.least_squares[j])
-    ridge = fit.covariance[others, j] / fit.covariance[j, j]
     scale = _profile_scale(context, fit, j)
     values, deviance = [float(center[j])], [0.0]
     for reach in PROFILE_POINTS:
         value = float(np.clip(center[j] + reach * sd, fit.free.low[j], fit.free.high[j]))
         if value in values:
             continue
-        model = fit.model.with_path_values([path], np.array([value]))
-        optimiser = GaussNewton(context, model, free, fit.segments, block=fit.block)
-        start = center[others] + ridge * (value - center[j])
         try:
-            refit = optimiser.fit(start, tolerance=PROFILE_TOLERANCE, max_iterations=PROFILE_ITERATIONS)
+            refit = fit_with_parameter_fixed(
+                context, fit, j, value, tolerance=PROFILE_TOLERANCE, max_iterations=PROFILE_ITERATIONS
+            )
         except SimulationError:
             continue  # diverges there: the interval ends before
         prior = ((value - fit.free.prior[j]) / fit.free.prior_sd[j]) ** 2

@@ -67,6 +67,7 @@ class SimulatedTruth:
             start = estimate_initial_state(context, truth, segment)
             self.predictor = Predictor(truth, segment, initial_state=start)
             self.clean = self._compared(*self.predictor.simulate(self.channels))
+            self.measured = comparison_filter(context.campaign, segment, segment.measured(self.channels))
         except SimulationError as error:
             context.progress.message(f"no noise floor on {segment.file}: {error}")
 
@@ -89,11 +90,15 @@ class SimulatedTruth:
         drawn = self.context.noise.draw(self.channels, segment.samples, segment.dt, rng)
         return self.clean + comparison_filter(campaign, segment, drawn), simulated
 
-    def comparisons(self, measured: FloatArray, simulated: FloatArray) -> tuple[Comparison, Comparison]:
-        """Compare a drawn measurement with the prediction on a track with noise, and with that on the true track."""
+    def comparisons(self, drawn: FloatArray, simulated: FloatArray) -> tuple[Comparison, Comparison]:
+        """Compare a drawn measurement with the prediction on a track with noise, and with that on the true track.
+
+        Errors relate to the motion that was measured, as those of the model do.
+        """
+        clean = np.full_like(drawn, np.nan) if self.clean is None else self.clean
+        both, sensors = (self.measured - (drawn - x) for x in (simulated, clean))
         names, dt = tuple(self.channels), self.segment.dt
-        clean = np.full_like(measured, np.nan) if self.clean is None else self.clean
-        return Comparison(names, measured, simulated, dt), Comparison(names, measured, clean, dt)
+        return Comparison(names, self.measured, both, dt), Comparison(names, self.measured, sensors, dt)
 
     def _compared(self, series: FloatArray, diverged: NDArray[np.int64]) -> FloatArray | None:
         return None if diverged[0] >= 0 else comparison_filter(self.context.campaign, self.segment, series[0])

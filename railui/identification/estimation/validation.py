@@ -18,6 +18,8 @@ from railui.identification.prediction import Prediction, Predictor, SimulationEr
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
+NO_MOTION = 1.0  # squared NRMSE of a model that does not move, as which one that diverges counts
+
 
 @dataclass(frozen=True)
 class Validation:
@@ -38,9 +40,14 @@ class Validation:
     block_errors: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def error_reduction(self, other: Validation) -> tuple[float, float]:
-        """Share of this squared error that another validation on the same runs takes off, and its standard error."""
-        if not np.isfinite(self.nrmse) or not np.isfinite(other.nrmse):
-            return (1.0 if np.isfinite(other.nrmse) else -np.inf), 0.0
+        """Share of this squared error that another validation on the same runs takes off, and its standard error.
+
+        A model that diverges counts as one without motion, in this place; in that of the other it takes off nothing.
+        """
+        if not np.isfinite(other.nrmse):
+            return -np.inf, 0.0
+        if not np.isfinite(self.nrmse):
+            return NO_MOTION - other.nrmse**2, 0.0
         less = self.block_errors - other.block_errors
         return float(less.sum() / self.block_errors.sum()), ratio_standard_error(less, self.block_errors)
 

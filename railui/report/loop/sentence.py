@@ -29,7 +29,10 @@ def sentence(result: LoopResult) -> str:
 
 
 def _none_text(result: LoopResult) -> str:
-    text = f"No unmodelled effect detected. Validation error {_error(result, 'after')}; {_noise(result)}."
+    found = "No unmodelled effect detected"
+    if result.is_out_of_time:
+        found = f"{found}, but not all effects were tested"
+    text = f"{found}. Validation error {_error(result, 'after')}; {_noise(result)}."
     if _has_remainder(result):
         if result.remainder.surface is not None:
             return f"{text} {remainder_text(result)}"
@@ -80,7 +83,8 @@ def _course(discrepancy: Discrepancy | None) -> str:
 def _without_discrepancy(result: LoopResult) -> str:
     freed, error = result.freed, f"Validation error {_error(result, 'after')}"
     if freed.validation is None:
-        return f"The residual exceeds noise; its cause is unknown. {error}; {_noise(result)}."
+        cause = "was not looked for to the end" if result.is_out_of_time else "is unknown"
+        return f"The residual exceeds noise; its cause {cause}. {error}; {_noise(result)}."
     paths = ", ".join(group.path for group in freed.groups if group.is_heterogeneous)
     return (
         f"Joints or wheelsets differ in {paths}. {error} with common numbers, {_short(freed.validation.nrmse)} with "

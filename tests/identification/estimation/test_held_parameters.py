@@ -12,7 +12,7 @@ from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.held_parameters import (
     REACH,
-    _estimates_along,
+    _change_of_estimates,
     held_parameters,
     with_spread_of_held_parameters,
 )
@@ -50,7 +50,7 @@ def test_the_gravitational_stiffness_follows_the_spin_creep_as_the_equation_of_m
     context, fit = calibrated()
     j, i = fit.free.paths.index(SPIN), fit.free.paths.index(GRAVITATIONAL)
     reach = side * REACH * fit.sd[j]
-    change = _estimates_along(context, fit, j, side * REACH)
+    change = _change_of_estimates(context, fit, j, side * REACH)
     assert change is not None
     assert change[j] == pytest.approx(reach)
     expected = gravitational_stiffness(fit, fit.x[j] + reach) - fit.x[i]
