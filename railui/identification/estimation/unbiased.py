@@ -14,6 +14,7 @@ from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.covariance import block_covariance
 from railui.identification.estimation.fit import Fit, residual_variance
 from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.estimation.held_parameters import held_parameters
 from railui.identification.estimation.initial_state import state_on_rails, state_scale
 from railui.identification.estimation.problem import FitSegment, sensitivities_to_start
 from railui.identification.prediction import DivergedError
@@ -47,14 +48,17 @@ def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
 
     Least squares on a recorded track prefers parameters with which the vehicle follows the noise of the record less.
     The expected shift follows from simulations of the calibrated vehicle on its own track with added noise, and is
-    subtracted (corrected score: Nakamura, Biometrika 77 (1990) 127). Where the corrected vehicle fits clearly worse
-    than it should, or is not stable, the estimates stay and the shift adds to their standard deviations.
+    subtracted (corrected score: Nakamura, Biometrika 77 (1990) 127). A parameter that only a prior determines is left
+    where it is: along it the others follow a curve, not the first derivatives. Where the corrected vehicle fits clearly
+    worse than it should, or is not stable, the estimates stay and the shift adds to their standard deviations.
     """
     background = context.in_background(context.jobs)
     optimiser = GaussNewton.of_fit(background, fit)
     joint = _joint_products(context, fit, optimiser)
     p = len(fit.x)
-    free = np.concatenate([~fit.free.are_on_bound(fit.x), np.ones(len(joint.precision) - p, dtype=bool)])
+    is_fixed = fit.free.are_on_bound(fit.x)
+    is_fixed[held_parameters(fit, context.settings.identifiability)] = True
+    free = np.concatenate([~is_fixed, np.ones(len(joint.precision) - p, dtype=bool)])
     step = joint.solve(joint.blocks.sum(axis=0)[1:, 0] + joint.variance * joint.gradient, free)
     scores = track_noise_scores(context, fit, optimiser)
     of_states = np.zeros(len(free) - p)

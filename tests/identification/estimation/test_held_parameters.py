@@ -10,12 +10,14 @@ import pytest
 from railui.identification.context import Context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.held_parameters import (
     REACH,
     _change_of_estimates,
     held_parameters,
     with_spread_of_held_parameters,
 )
+from railui.identification.estimation.unbiased import with_unbiased_estimates
 from tests.blind.simulated import simulated_campaign
 
 SPIN = "contact.spin_creep"
@@ -68,3 +70,12 @@ def test_the_spread_is_the_second_moment_over_the_width_of_the_prior():
     assert wide.sd[i] == pytest.approx(np.sqrt(alone + moment), rel=0.15)
     assert wide.sd[i] > 1.1 * fit.sd[i]
     assert wide.sd[j] == pytest.approx(fit.sd[j])
+
+
+def test_the_last_step_leaves_a_held_parameter_and_the_misfit():
+    """Along the first derivatives it would leave the curve on which the data determine the others."""
+    context, fit = calibrated()
+    last = with_unbiased_estimates(context, fit)
+    assert np.any(last.shift) and last.shift[fit.free.paths.index(SPIN)] == 0.0
+    before, after = GaussNewton.of_fit(context, fit).misfit(np.stack([fit.x, last.x]))
+    assert after < 1.005 * before
