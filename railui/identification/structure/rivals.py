@@ -31,8 +31,13 @@ class RivalExplanations:
         self._outside = IdentityCache[list[Rival]](REMEMBERED_FITS)
         self._freed = IdentityCache[FreedGroups](REMEMBERED_FITS)
 
-    def outside_library(self, fit: Fit) -> list[Rival]:
-        """Find the best drift and the best coupling, once for a fit."""
+    def outside_library(self, fit: Fit, share: float = 0.0) -> list[Rival]:
+        """Find the best drift and the best coupling, once for a fit; none where they cannot explain clearly more.
+
+        share: of the misfit, that an effect explains.
+        """
+        if self.settings.rival_ratio * share > 1.0:
+            return []
 
         def find() -> list[Rival]:
             # not on a rig, whose amplitude and frequency may change with time: a law explains that

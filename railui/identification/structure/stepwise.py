@@ -302,8 +302,9 @@ class StepwiseSelection:
             return refits, None, None
         if self.rivals.members_explain_as_much(fit, chosen.rss, len(chosen.fit.x)):
             return refits, None, None
+        share = 1.0 - chosen.rss / fit.normal.rss
         final, rivals = run_both(
-            lambda: self._fitted_once_more(refits), lambda: self.rivals.outside_library(fit), self.context.jobs
+            lambda: self._fitted_once_more(refits), lambda: self.rivals.outside_library(fit, share), self.context.jobs
         )
         if final is None or self.rivals.explain_more(rivals, 1.0 - final[0].rss / fit.normal.rss):
             return refits, None, None

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from railui import core
+from railui.arrays import FloatArray
 from railui.identification.component_force import elements_at_port, restoring_force
 from railui.identification.result import LoopResult
 from railui.report.figures.drawing import Picture, axis_label, draw_picture
@@ -49,14 +50,65 @@ MIN_RELATIVE_DIFFERENCE = 0.01  # from which the force of the effect is drawn ne
 TURNS = 4  # of the wheelset, drawn of a force against distance
 
 
-def effect_figures(result: LoopResult, report: Mapping[str, Any], window: Window) -> list[EffectFigure]:
-    """Return the figure of a discrepancy outside the catalogue, then one for every effect of the model."""
+class SuspensionForces(NamedTuple):
+    """Forces [n] at the most active port of an effect over the motion of a run.
+
+    total: before and after. own: of the effect alone. main_motion: "z" or "v", and the series that explains own better.
+    """
+
+    port: int
+    z: FloatArray
+    total: Mapping[str, FloatArray]
+    own: FloatArray
+    main_motion: tuple[str, FloatArray]
+    is_only_element: bool
+    evidence: LawEvidence
+
+
+class EffectForces(NamedTuple):
+    """Evaluation of the final model, and the forces of effects at suspensions by number, or why there are none."""
+
+    evaluation: EvaluationWindow
+    at_suspensions: Mapping[int, SuspensionForces | ValueError]
+
+
+def compute_effect_forces(result: LoopResult, window: Window) -> EffectForces:
+    """Compute the forces that the figures of effects show, which takes longer than to draw them."""
+    evaluation = EvaluationWindow.of(result, result.after.model, window)
+    forces: dict[int, SuspensionForces | ValueError] = {}
+    for i, (_, _, effect) in enumerate(catalogued_effects(result)):
+        record = core.effect_record(effect.kind)
+        if record["acts"] != "sensor" and "rig" in record["at"]:
+            try:
+                forces[i] = _suspension_forces(evaluation, effect)
+            except ValueError as error:  # too stiff to be integrated, or diverged
+                forces[i] = error
+    return EffectForces(evaluation, forces)
+
+
+def _suspension_forces(evaluation: EvaluationWindow, effect: PlacedEffect) -> SuspensionForces:
+    at, (w, z) = effect.at, most_active_port(evaluation, effect.at, effect.wheelset)
+    settled = evaluation.settled
+    total, v = total_force(evaluation, at, w, z)
+    index = evaluation.model.design.effects.index(effect)
+    own = effect_force(evaluation.model, index, w, z, v, evaluation.segment.dt)
+    by_speed, by_displacement = (explained_variance(x[settled], own[settled]) for x in (v, z))
+    main_motion = ("v", v) if by_speed > by_displacement else ("z", z)
+    is_only_element = bool(np.std(own - total["after"]) < MIN_RELATIVE_DIFFERENCE * np.std(own))
+    rest = total["after"] - own if is_only_element else np.zeros_like(own)
+    evidence = law_evidence(evaluation, index, w, z, v, main_motion[0], rest)
+    return SuspensionForces(w, z, total, own, main_motion, is_only_element, evidence)
+
+
+def effect_figures(
+    result: LoopResult, report: Mapping[str, Any], window: Window, forces: EffectForces
+) -> list[EffectFigure]:
+    """Draw the figure of a discrepancy outside the catalogue, then one for every effect of the model."""
     figures = []
     if result.discrepancy is not None:
         figures.append(_discrepancy_figure(result, result.discrepancy.fit.model, report["outside"], window))
-    evaluation = EvaluationWindow.of(result, result.after.model, window)
     for i, (_, _, effect) in enumerate(catalogued_effects(result)):
-        figures.append(_effect_figure(evaluation, effect, f"law-{i}"))
+        figures.append(_effect_figure(forces, effect, i))
     return figures
 
 
@@ -67,48 +119,42 @@ def _discrepancy_figure(result: LoopResult, model: Model, outside: Mapping[str, 
         return EffectFigure(VERDICT_LABELS["outside"], (), f"Not drawn: {error}.", ())
 
 
-def _effect_figure(evaluation: EvaluationWindow, effect: PlacedEffect, name: str) -> EffectFigure:
-    record = core.effect_record(effect.kind)
-    title = (
-        f"{effect_title(effect.kind)}: {location_text(effect.at, effect.wheelset, evaluation.model.design.structure)}"
-    )
+def _effect_figure(forces: EffectForces, effect: PlacedEffect, number: int) -> EffectFigure:
+    evaluation, at_suspension = forces.evaluation, forces.at_suspensions.get(number)
+    record, name = core.effect_record(effect.kind), f"law-{number}"
+    structure = evaluation.model.design.structure
+    title = f"{effect_title(effect.kind)}: {location_text(effect.at, effect.wheelset, structure)}"
     draw: Callable[[EvaluationWindow, PlacedEffect, str, str], EffectFigure] = _external_force
     if record["acts"] == "sensor":
         draw = _sensor
-    elif "rig" in record["at"]:
-        draw = _suspension
     elif record["acts"] == "body":
         draw = _carbody
     elif effect.at in ("contact", "track"):
         draw = _contact
     try:
+        if isinstance(at_suspension, ValueError):
+            raise at_suspension
+        if at_suspension is not None:
+            return _suspension(evaluation, effect, at_suspension, name, title)
         return draw(evaluation, effect, name, title)
     except ValueError as error:  # too stiff to be integrated, or diverged
         return EffectFigure(title, (), f"Not drawn: {error}.", ())
 
 
-def _suspension(evaluation: EvaluationWindow, effect: PlacedEffect, name: str, title: str) -> EffectFigure:
+def _suspension(
+    evaluation: EvaluationWindow, effect: PlacedEffect, forces: SuspensionForces, name: str, title: str
+) -> EffectFigure:
     """Draw the total force at the location against displacement, and that of the effect against its main motion."""
-    at, (w, z) = effect.at, most_active_port(evaluation, effect.at, effect.wheelset)
-    settled = evaluation.settled
-    curves, v = total_force(evaluation, at, w, z)
-    index = evaluation.model.design.effects.index(effect)
-    own = effect_force(evaluation.model, index, w, z, v, evaluation.segment.dt)
-    by_speed, by_displacement = (explained_variance(x[settled], own[settled]) for x in (v, z))
-    main_motion = ("v", v) if by_speed > by_displacement else ("z", z)
-    heading = total_force_title(evaluation, at, w)
-    is_only_element = np.std(own - curves["after"]) < MIN_RELATIVE_DIFFERENCE * np.std(own)
-    rest = curves["after"] - own if is_only_element else np.zeros_like(own)
-    evidence = law_evidence(evaluation, index, w, z, v, main_motion[0], rest)
+    at, total, motion, evidence = effect.at, forces.total, forces.main_motion, forces.evidence
+    heading = total_force_title(evaluation, at, forces.port)
     note = f"Force that resists the motion, over the motion of the validation run. {_evidence_note(evidence)}".strip()
-    if is_only_element:
-        picture = suspension_picture(evaluation, f"{name}-whole", heading, curves, main_motion, at, evidence)
+    if forces.is_only_element:
+        picture = suspension_picture(evaluation, f"{name}-whole", heading, total, motion, at, evidence)
         return EffectFigure(title, (picture,), note)
-    total = suspension_picture(evaluation, f"{name}-whole", heading, curves, ("z", z), at)
-    single = suspension_picture(
-        evaluation, f"{name}-own", "the effect alone", {"after": own}, main_motion, at, evidence
-    )
-    return EffectFigure(title, (total, single), note)
+    whole = suspension_picture(evaluation, f"{name}-whole", heading, total, ("z", forces.z), at)
+    own = {"after": forces.own}
+    single = suspension_picture(evaluation, f"{name}-own", "the effect alone", own, motion, at, evidence)
+    return EffectFigure(title, (whole, single), note)
 
 
 def _evidence_note(evidence: LawEvidence) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from railui.identification.result import LoopResult
 from railui.io.atomic import write_text
 from railui.report.figures.drawing import Picture
 from railui.report.loop import figures
-from railui.report.loop.effect_figures import effect_figures
+from railui.report.loop.effect_figures import compute_effect_forces, effect_figures
 from railui.report.loop.force_pictures import EffectFigure
 from railui.report.loop.groups import group_table
 from railui.report.loop.header import header_rows
@@ -68,6 +69,15 @@ def render_page(result: LoopResult, report: Report) -> str:
 def _contents(result: LoopResult, report: Report) -> Row:
     """Return the variables of the template."""
     window = figures.most_informative_window(result)
+    with ThreadPoolExecutor(1) as pool:  # simulation releases the interpreter for the other figures
+        forces = pool.submit(compute_effect_forces, result, window)
+        contents = _contents_of_window(result, report, window)
+        drawn = effect_figures(result, report, window, forces.result())
+        return contents | {"effects": _effects(report, drawn)}
+
+
+def _contents_of_window(result: LoopResult, report: Report, window: figures.Window) -> Row:
+    """Return the variables of the template but for the effects."""
     is_rig, structure = result.nominal.design.kind == "rig", result.nominal.design.structure
     band = result.dataset.campaign.band
     shown = figures.raw_series(result, window.index)
@@ -80,7 +90,6 @@ def _contents(result: LoopResult, report: Report) -> Row:
         "verdict": VERDICT_LABELS[report["verdict"]],
         "errors": error_rows(report),
         "bars": figures.error_bars(report),
-        "effects": _effects(report, effect_figures(result, report, window)),
         "schematic": _schematic(result, report),
         "channels": _channels(result, window),
         "scatter": scatter_rows(result, window, figures.shown_channels(window.segment)),

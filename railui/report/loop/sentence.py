@@ -110,7 +110,8 @@ def remainder_text(result: LoopResult) -> str:
         return f"Of the remainder{ratio} {varying} explains {format_share(drift.share)} on the estimation runs."
     if surface := surface_text(result):
         return f"The remainder{ratio} {surface}"
-    if result.discrepancy is not None and result.verdict in ("partial", "effect"):
+    discrepancy = result.discrepancy
+    if discrepancy is not None and (result.verdict == "partial" or discrepancy.lowers_error):
         return f"The remainder{ratio} is {_location(result)} and in no law of the catalogue."
     if remainder.candidate is not None:
         kind, at, wheelset = remainder.candidate

@@ -13,12 +13,18 @@ from railui.identification.result import LoopResult
 from railui.identification.unmodelled.evidence import LocationEvidence
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.report.loop.data import loop_report
-from railui.report.loop.effect_figures import _discrepancy_figure, effect_figures
+from railui.report.loop.effect_figures import _discrepancy_figure, compute_effect_forces, effect_figures
 from railui.report.loop.figures import most_informative_window
 from railui.report.loop.force_evaluation import EvaluationWindow
+from railui.report.loop.force_pictures import EffectFigure
 from railui.report.loop.page import render_page
 from railui.report.loop.wording import effect_title
 from railui.vehicle.effects import PlacedEffect, default_at
+
+
+def drawn(result: LoopResult, report: dict[str, Any], of_window: LoopResult) -> list[EffectFigure]:
+    window = most_informative_window(of_window)
+    return effect_figures(result, report, window, compute_effect_forces(result, window))
 
 
 def test_an_identified_force_curve_is_drawn_with_error_bars(loop_result: LoopResult) -> None:
@@ -33,7 +39,7 @@ def test_an_identified_force_curve_is_drawn_with_error_bars(loop_result: LoopRes
         *place, motion, force, np.full(5, 20.0), "m", "N", 0.9, fit, validation, evidence=evidence
     )
     result = replace(loop_result, after=fit, discrepancy=discrepancy, verdict="outside")
-    (figure,) = effect_figures(result, loop_report(result), most_informative_window(loop_result))
+    (figure,) = drawn(result, loop_report(result), loop_result)
     assert figure.title == "identified force curve: lateral primary suspension, wheelset 2"
     assert [picture.name for picture in figure.pictures] == ["outside-whole", "outside"]
     html = render_page(result, loop_report(result))
@@ -54,7 +60,7 @@ def test_every_effect_of_the_catalogue_is_drawn(
     values = {p["key"]: default_at(p, at, model.design.values) or min(1e3, p["maximum"] or 1e3) for p in needed}
     placed = model.with_effect(PlacedEffect(record["kind"], at, None, values))
     result = replace(loop_result, after=replace(loop_result.before, model=placed))
-    (figure,) = effect_figures(result, report, most_informative_window(loop_result))
+    (figure,) = drawn(result, report, loop_result)
     assert effect_title(record["kind"]) in figure.title
     assert figure.pictures or "constant" in figure.note
 
