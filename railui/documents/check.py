@@ -156,7 +156,10 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     findings = load_yaml(campaign.source).findings()
     _check_overlap(campaign, runs, findings)
     for fault in diagnose(read_dataset(campaign)).faults:
-        remedy = f"add `{fault.yaml}`" if fault.yaml else "leave the channel out, or record again"
+        correction = (
+            f"add {' or '.join(f'`{x}`' for x in (fault.yaml, *fault.alternatives))}" if fault.yaml else fault.remedy
+        )
+        remedy = correction or "leave the channel out, or record again"
         findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", remedy)
     for entry, run in zip(campaign.runs, runs, strict=True):
         _check_columns(run, entry.name, findings)

@@ -18,6 +18,7 @@ DERIVATIVE_ORDERS = {"vz": 1, "az": 2}
 # SI units of a bench, by column: translation, rotation
 BENCH_UNITS = {"z": ("m", "rad"), "vz": ("m/s", "rad/s"), "F": ("N", "N*m")}
 MAX_PLAUSIBLE_SD = 0.2  # m
+GRAVITY_LABEL, STANDARD_GRAVITY = "g", 9.80665  # m/s^2
 
 
 def columns_in_si(
@@ -117,14 +118,18 @@ def bench_factor(name: str, label: str) -> tuple[float, str]:
 def rate_factor(z: str, rate: str, order: int) -> float:
     """Return the factor from a rate's unit to that of z per s (per s^2); 1 if the labels are not such units.
 
-    >>> round(rate_factor("mm", "m/s^2", 2), 9), rate_factor("V", "V", 2)
-    (1000.0, 1.0)
+    `g` is the acceleration of gravity here, not the gram.
+
+    >>> round(rate_factor("mm", "m/s^2", 2), 9), rate_factor("m", "g", 2), rate_factor("V", "V", 2)
+    (1000.0, 9.80665, 1.0)
     """
     try:
-        wanted, given = parse_unit(f"({z})/s" if order == 1 else f"({z})/s^2"), parse_unit(rate)
+        wanted = parse_unit(f"({z})/s" if order == 1 else f"({z})/s^2")
+        given = parse_unit("m/s^2" if rate == GRAVITY_LABEL and order == 2 else rate)
     except UnitError:
         return 1.0
-    return given.factor / wanted.factor if given.dimension == wanted.dimension else 1.0
+    size = STANDARD_GRAVITY if rate == GRAVITY_LABEL else given.factor
+    return size / wanted.factor if given.dimension == wanted.dimension else 1.0
 
 
 def check_magnitudes(

@@ -8,10 +8,10 @@ from typing import Any
 
 from railui.io.units import UnitError, parse_unit
 from railui.io.yaml_writer import number_text
+from railui.runs.units import GRAVITY_LABEL, STANDARD_GRAVITY
 
 TRACK_OFFSET = "track_offset"
 EFFECTS = "effects"
-STANDARD_GRAVITY = 9.80665  # m/s^2
 DIGITS = 5  # of a printed estimate
 
 
@@ -180,7 +180,7 @@ def gain_of_unit(unit: str, header: str) -> float:
 def factor_of_unit(unit: str, header: str) -> float:
     """Return the factor to SI of a unit; UnitError if it does not fit the header's."""
     wanted = parse_unit(header)
-    if unit == "g" and wanted.is_compatible(parse_unit("m/s^2")):
+    if unit == GRAVITY_LABEL and wanted.is_compatible(parse_unit("m/s^2")):
         return STANDARD_GRAVITY
     given = parse_unit(unit)
     if not given.is_compatible(wanted):

@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.campaign.faults.regression import jackknife_regression
 from railui.campaign.segment import Segment
 from railui.campaign.settings.faults import FaultSettings
 from railui.runs.columns import is_compared
 from railui.vehicle.model import Model
 
 SETTLING = 3.0  # s left out at its start
-BLOCKS = 8  # of the jackknife
 
 
 def has_reversed_cross_level(settings: FaultSettings, model: Model, segment: Segment) -> bool | None:
@@ -49,7 +49,7 @@ def cross_level_shares(settings: FaultSettings, model: Model, segment: Segment) 
     rows = []
     for k, name in enumerate(names):
         inputs = np.stack([alignment[k], both[k] - alignment[k]])[:, skipped:]
-        shares = _jackknife(inputs, segment.columns[name][skipped:samples])
+        shares = jackknife_regression(inputs, segment.columns[name][skipped:samples])
         if shares[0, 0] > 0.0:
             rows.append(shares[1])
     return np.array(rows).reshape(-1, 2)
@@ -63,19 +63,3 @@ def _simulate(model: Model, segment: Segment, names: Sequence[str]) -> FloatArra
     table = segment.table(model.wheelset_spacing(), steps)
     series, diverged = vehicles.simulate(batch, table, segment.dt, steps, list(names), jobs=1)
     return None if diverged[0] >= 0 else np.asarray(series[0])
-
-
-def _jackknife(inputs: FloatArray, output: FloatArray) -> FloatArray:
-    """Return coefficients and standard errors [input, 2] of a linear regression by blocks that are left out."""
-    starts = np.arange(BLOCKS) * len(output) // BLOCKS
-    x = np.vstack([inputs, output])
-    x -= x.mean(axis=1, keepdims=True)
-    products = np.add.reduceat(x[:, None] * x[None], starts, axis=2)
-
-    def solve(gram: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.lstsq(gram[:-1, :-1], gram[:-1, -1])[0])
-
-    total = products.sum(axis=2)
-    without = np.array([solve(total - products[..., k]) for k in range(BLOCKS)])
-    variance = (BLOCKS - 1) / BLOCKS * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
-    return np.stack([solve(total), np.sqrt(variance)], axis=1)

@@ -18,9 +18,9 @@ from railui.campaign.faults.merge import hypothesis_fault, merged_faults
 from railui.campaign.faults.nominal import ModelAgreement, compare_with_nominal, contradicted
 from railui.campaign.faults.response import ResponseConsistency, find_response_fault
 from railui.campaign.faults.response_spectra import response_spectra, vehicle_rows
+from railui.campaign.faults.rig_faults import faults_of_rig
 from railui.campaign.faults.search import FaultSearch, Transform
 from railui.campaign.faults.spectra import RunSpectra, run_spectra
-from railui.campaign.faults.units_of_runs import units_of_runs
 from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
 from railui.campaign.segment import Segment
@@ -74,8 +74,7 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
         faults += _faults_against_model(dataset, runs, faults)
         faults += _reversed_cross_level(dataset, runs, faults)
     else:
-        faulty = {name for f in faults if f.serious for name in f.files}
-        faults += [f for f in units_of_runs(runs, settings) if faulty.isdisjoint(f.files)]
+        faults = faults_of_rig(dataset, runs, faults)
     # only reading applies a named unit, each search needs its gain
     return ordered([_with_named_unit(fault, dataset) for fault in (*faults, *waveform)])
 

@@ -19,7 +19,8 @@ class Fault:
     Attributes
     ----------
     kind
-        sign, unit, gain, delay, clock, track_offset, exchanged, gravity, clipping, dropouts or hum.
+        sign, unit, gain, delay, clock, track_offset, exchanged, gravity, clipping, dropouts, hum; of a rig also
+        absolute (acceleration), input (absent) or duration.
     value, sd, unit
         Size of the fault with its standard deviation; None where it has none.
     files
@@ -30,6 +31,8 @@ class Fault:
         Corrections that undo it; empty if there is none.
     alternatives
         YAML lines of other corrections that explain the data equally well.
+    remedy
+        Measure against a fault that no correction undoes; empty if there is none beyond the usual ones.
     """
 
     kind: str
@@ -42,6 +45,7 @@ class Fault:
     serious: bool
     corrections: Corrections = NO_CORRECTIONS
     alternatives: tuple[str, ...] = ()
+    remedy: str = ""
 
     @property
     def yaml(self) -> str | None:
@@ -57,9 +61,8 @@ class Fault:
         """Return the fault as a finding of the data checks."""
         check = {"delay": "clock", "unit": "gain"}.get(self.kind, self.kind)
         value = 0.0 if self.value is None else self.value
-        return Finding(
-            check, ", ".join(self.files), ", ".join(self.channels), value, self.unit, self.text, self.serious
-        )
+        text = f"{self.text}: {self.remedy}" if self.remedy else self.text
+        return Finding(check, ", ".join(self.files), ", ".join(self.channels), value, self.unit, text, self.serious)
 
 
 @dataclass(frozen=True)

@@ -12,13 +12,16 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.corrections.correction import Correction, Corrections, yaml_line
 from railui.campaign.faults.fault import Fault
+from railui.campaign.faults.rig_responses import (
+    MIN_FREQUENCIES,
+    are_driven,
+    driving_column,
+    longest_records,
+    measured_response,
+    window_seconds,
+)
 from railui.campaign.segment import Segment
 from railui.campaign.settings.faults import FaultSettings
-from railui.dsp.spectra import csd, welch
-
-WINDOWS = 4  # in the shortest record
-MIN_INPUT_POWER = 1e-2  # of the largest density of the input, where a response is known
-MIN_FREQUENCIES = 3  # at which the input of both runs has power
 
 
 def units_of_runs(runs: Mapping[str, Sequence[Segment]], settings: FaultSettings) -> list[Fault]:
@@ -26,16 +29,15 @@ def units_of_runs(runs: Mapping[str, Sequence[Segment]], settings: FaultSettings
 
     runs: segments by the name of their run, all of a rig with an input, or of a component whose motion is prescribed.
     """
-    records = {name: max(parts, key=lambda s: s.samples) for name, parts in runs.items()}
+    records = longest_records(runs)
     names = list(records)
-    reference = "z" if all(s.kind == "bench" for s in records.values()) else "u"
-    if len(names) < 2 or not all(np.any(s.columns.get(reference, 0.0)) for s in records.values()):
+    if len(names) < 2 or not are_driven(records):
         return []
-    seconds = min(s.samples * s.dt for s in records.values()) / WINDOWS
+    reference, seconds = driving_column(records[names[0]]), window_seconds(records)
     found: dict[str, dict[str, int]] = {}  # powers of ten by run and channel
     for channel in dict.fromkeys(c for s in records.values() for c in s.channels if c != reference):
         having = [name for name in names if channel in records[name].channels]
-        logs = [_log_response(records[name], channel, reference, seconds) for name in having]
+        logs = [_log_response(records[name], channel, seconds) for name in having]
         for i, decades in _off_by_decades(settings, logs):
             found.setdefault(having[i], {})[channel] = decades
     other = names[0] if len(names) == 2 else None  # of two runs either may be wrong
@@ -56,16 +58,10 @@ def _off_by_decades(settings: FaultSettings, logs: Sequence[FloatArray]) -> list
     return off
 
 
-def _log_response(segment: Segment, channel: str, reference: str, seconds: float) -> FloatArray:
+def _log_response(segment: Segment, channel: str, seconds: float) -> FloatArray:
     """Logarithm to base 10 of the response per frequency k / seconds; NaN where the input has no power."""
-    rate = 1.0 / segment.dt
-    n = round(seconds * rate)
-    x, y = segment.columns[reference], segment.columns[channel]
-    _, density = welch(x, rate, n)
-    _, cross = csd(x, y, rate, n)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        response = np.log10(np.abs(cross) / density)
-    return np.where(density >= MIN_INPUT_POWER * density.max(), response, np.nan)[1:]
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log10(np.abs(measured_response(segment, channel, seconds))))
 
 
 def _decades_apart(one: FloatArray, other: FloatArray) -> float:

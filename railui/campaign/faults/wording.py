@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
-from railui.runs.columns import COLUMNS, RIG_COLUMNS
+from railui.runs.columns import BENCH_COLUMNS, COLUMNS, RIG_COLUMNS
 
 # the vehicle is symmetric about its vertical plane
 EQUIVALENT_TO_CROSS_LEVEL = "or every other lateral and yaw channel has (`convention` of a sensor map)"
@@ -20,7 +20,7 @@ def channel_names(channels: tuple[str, ...]) -> str:
     """
     if len(channels) > 1:
         return ", ".join(channels)
-    known = COLUMNS.get(channels[0]) or RIG_COLUMNS.get(channels[0])
+    known = COLUMNS.get(channels[0]) or RIG_COLUMNS.get(channels[0]) or BENCH_COLUMNS.get(channels[0])
     return f"{known.caption} {channels[0]}" if known else channels[0]
 
 

@@ -203,3 +203,45 @@ class FaultSettings:
         maximum=0.5,
         meaning="Deviation of that ratio from a power of ten, in decades: a law that is not linear changes it, too.",
     )
+    delayed_agreement: float = setting(
+        0.95,
+        maximum=1.0,
+        meaning="Mean cosine of the phase between the force of two runs of a bench, from which a delay explains all.",
+        provenance="trial: simulated components of any law with planted delays exceed 0.99",
+    )
+    min_agreement_gain: float = setting(
+        0.2, maximum=1.0, meaning="Gain of that mean cosine by which a delay must bring the runs of a bench together."
+    )
+    min_delay_turns: float = setting(
+        0.25,
+        meaning="Periods of the frequencies in common by which a delay must turn the phase of a bench's force.",
+        provenance="derived: a spring and a damper differ by 90 degrees, a quarter of a period",
+    )
+    nominal_agreement: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Mean cosine of the phase to the nominal model from which it decides which channel of a rig is wrong.",
+    )
+    max_nominal_decades: float = setting(
+        0.5, maximum=0.5, meaning="Decades by which the nominal model of a rig may be off to decide on a unit."
+    )
+    min_header_decades: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Decades by which the header units of a rig must differ from one system, and share of these by which "
+        "the response may differ from the nominal model in SI.",
+        provenance="derived: at 0.5 the response is nearer to the nominal model in SI than in the numbers of the runs",
+    )
+    absolute_acceleration_tolerance: float = setting(
+        0.2,
+        maximum=0.5,
+        meaning="Relative deviation of az - z'' from the acceleration of the base up to which az is the absolute one.",
+    )
+    min_steady_motion: float = setting(
+        0.9,
+        meaning="Motion in the last third of a run over that in the first, from which a rig without input is driven.",
+        provenance="trial: measured and simulated free decays stay below 0.8",
+    )
+    min_record_periods: float = setting(
+        2.0, meaning="Periods of its motion below which a record of a rig or a component is reported as short."
+    )

@@ -137,6 +137,8 @@ def data_fault_sentence(diagnosis: Diagnosis) -> str:
             text += f"; correct it by `{fault.yaml}` or {other}: these data do not determine which"
         elif fault.yaml:
             text += f"; correct it by `{fault.yaml}`"
+        elif fault.remedy:
+            text += f": {fault.remedy}"
         parts.append(text)
     noun = "Data fault" if len(parts) == 1 else "Data faults"
     return f"{noun}: {'. Also: '.join(parts)}. No model was fitted."
