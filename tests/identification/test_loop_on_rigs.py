@@ -171,7 +171,7 @@ def test_damping_that_fades_is_a_variation_with_time(tmp_path: Path):
         14.0, rel=0.15
     )
     assert data["after"]["nrmse"] < 0.3 * data["before"]["nrmse"]
-    assert "with a parameter that varies with time" in data["sentence"] and "curve of vehicle.rig.damping" in page
+    assert "with vehicle.rig.damping varying with time" in data["sentence"] and "curve of vehicle.rig.damping" in page
 
 
 def test_a_small_effect_under_coloured_noise_is_no_discrepancy(tmp_path: Path):

@@ -17,6 +17,12 @@ NONE = "nothing on the vehicle; effects below the minimum detectable sizes remai
 UNLOCATED = "no location is supported by the data; check synchronisation and mounting, then repeat with more sensors"
 OTHER_SPEED = "a run at another speed or amplitude, with a sensor at this location, separates causes"
 
+# conditions that change a parameter, by what it varies with
+VARIATIONS = {
+    "run": "between the runs: load, weather, wear",
+    "t": "during a run: temperature, wear, loss of fluid or pressure",
+    "s": "along the track: rail profile, lubrication, gauge, track stiffness",
+}
 MORE_SIGNALS = "further signals next to these joints separate them"
 
 
@@ -46,10 +52,17 @@ def _effect_line(effect: Mapping[str, Any], structure: Structure | None) -> str:
 
 def _discrepancy_line(outside: Mapping[str, Any], structure: Structure | None) -> str:
     if outside.get("parameter"):
-        return f"conditions that change {outside['parameter']}: load, weather, wear between the runs"
+        return f"conditions that change {outside['parameter']} {VARIATIONS[_abscissa(outside)]}"
     if not outside["at"]:
         joints = joint_phrases((o["at"] for o in outside.get("locations", ())), structure)
         return f"{' and '.join(joints)}; {MORE_SIGNALS}" if joints else UNLOCATED
     if outside["at"] == "rig":
         return "the component: an effect that is in no law of the catalogue; compare with its force curve below"
     return f"{location_phrase(outside['at'], outside['wheelset'], structure)}; {OTHER_SPEED}"
+
+
+def _abscissa(outside: Mapping[str, Any]) -> str:
+    """Return what a parameter varies with: run, time or distance."""
+    if outside.get("runs") is not None:
+        return "run"
+    return "t" if outside["against"] == "t" else "s"

@@ -243,5 +243,5 @@ def _location(result: LoopResult) -> str:
 
 def _model(discrepancy: Discrepancy | None) -> str:
     if discrepancy is not None and discrepancy.drift is not None:
-        return f"a parameter that varies {_course(discrepancy)}"
+        return f"{discrepancy.drift.path} varying {_course(discrepancy)}"
     return "the identified force curve"

@@ -53,3 +53,17 @@ def test_a_discrepancy_at_a_joint_names_it() -> None:
     outside = {"at": "secondary_yaw", "wheelset": None, "against": "v"}
     (line,) = inspection_lines(report(verdict="outside", outside=outside))
     assert line.startswith("the secondary suspension in yaw; ")
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"against": "t"}, "vehicle.rig.damping during a run"),
+        ({"against": "s"}, "vehicle.rig.damping along the track"),
+        ({"against": "s", "runs": []}, "vehicle.rig.damping between the runs"),
+    ],
+)
+def test_conditions_are_those_of_the_abscissa(keys: dict[str, Any], words: str) -> None:
+    outside = {"at": "rig", "wheelset": None, "parameter": "vehicle.rig.damping"} | keys
+    (line,) = inspection_lines(report(verdict="outside", outside=outside))
+    assert words in line
