@@ -122,9 +122,10 @@ PROFILES = _in_group(
     Parameter("surface", "f", "1", "factor on Kalker's coefficients for the rail surface", 0.6,
               "Hobbs 1967: 0.5 to 0.7", 0.05, 1.5, usual_range=(0.4, 1.0)),
 )  # fmt: skip
+RIG_MASS = "95 kg  # of a rotor its moment of inertia, a number in kg*m^2"
 RIG = _in_group(
     "vehicle.rig",
-    _positive("mass", "m", "kg", "mass on the test bench", 0.0, INFINITE),
+    _positive("mass", "m", "kg", "mass on the test bench", 0.0, INFINITE, RIG_MASS),
     _zero_by_default("stiffness", "k", "N/m", "stiffness of the linear spring"),
     _zero_by_default("damping", "c", "N*s/m", "damping of the linear damper"),
     Parameter(

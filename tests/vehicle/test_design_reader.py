@@ -273,3 +273,8 @@ def test_the_content_of_designs_differs_if_they_behave_differently(bogie: str) -
     design: Design = parse_design(bogie)
     assert design.content() == parse_design(bogie.replace("55 kN", "55000 N").replace("test bogie", "other")).content()
     assert design.content() != design.with_values({"contact.spin_creep": 0.3}).content()
+
+
+def test_a_rig_without_mass_is_given_the_mass_of_a_rig(problems_of: ProblemsOf) -> None:
+    [problem] = problems_of(lambda: load_design("name: rotor\nvehicle: {rig: {stiffness: 2.2, damping: 0.01}}"))
+    assert problem.remedy == "add `mass: 95 kg  # of a rotor its moment of inertia, a number in kg*m^2`"
