@@ -11,6 +11,7 @@ from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
 from railui.campaign.dataset import read_dataset
 from railui.campaign.faults.diagnose import diagnose
+from railui.campaign.faults.fault import Fault
 from railui.contact.profile_reader import SIMPACK_KINDS, read_profile
 from railui.contact.radius_table_reader import read_radius_table
 from railui.documents.recognise import USES_BY_KIND, recognise
@@ -156,17 +157,21 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     findings = load_yaml(campaign.source).findings()
     _check_overlap(campaign, runs, findings)
     for fault in diagnose(read_dataset(campaign)).faults:
-        correction = (
-            f"add {' or '.join(f'`{x}`' for x in (fault.yaml, *fault.alternatives))}" if fault.yaml else fault.remedy
-        )
-        remedy = correction or "leave the channel out, or record again"
-        findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", remedy)
+        findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", _remedy(fault))
     for entry, run in zip(campaign.runs, runs, strict=True):
         _check_columns(run, entry.name, findings)
     for name in campaign.noise:
         if name not in measured:
             findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")
     return [*(warning for run in runs for warning in run.warnings), *findings.problems]
+
+
+def _remedy(fault: Fault) -> str:
+    """Return what undoes a fault: its correction with all alternatives, and its remedy outside the campaign file."""
+    lines = [f"`{line}`" for line in (fault.yaml, *fault.alternatives) if line]
+    options = [f"add {' or '.join(lines)}"] if lines else []
+    options += [fault.remedy] if fault.remedy else []
+    return ", or ".join(options) or "leave the channel out, or record again"
 
 
 def _letters(name: str) -> str:

@@ -77,6 +77,8 @@ def test_header_units_of_two_systems_are_reported(tmp_path: Path) -> None:
     write(FORCE, tmp_path)
     rewrite(tmp_path, scale(z=1e3), units={"z": "mm"})
     [fault] = faults(tmp_path)
+    [warning] = check([tmp_path])
+    assert warning.remedy.endswith("or write the columns in SI units, or `gain: 1000` in the design")
     assert fault.serious and "u in N and z in mm" in fault.text and fault.yaml == "sensors: {u: {gain: 0.001}}"
     assert not examine_data(read_dataset(load_campaign(tmp_path)), correct=True).is_stopped
     set_gain(tmp_path, 1e3)
@@ -124,6 +126,10 @@ def test_an_absolute_acceleration_is_recognised(tmp_path: Path) -> None:
 def test_a_driven_rig_without_its_input_is_reported(tmp_path: Path) -> None:
     write(FORCE, tmp_path)
     rewrite(tmp_path, lambda c: {k: x for k, x in c.items() if k != "u"})
+    [fault] = faults(tmp_path)
+    assert fault.kind == "input" and fault.serious
+    design = tmp_path / "rig.yaml"
+    design.write_text(design.read_text().replace(", input: force", ""))
     [fault] = faults(tmp_path)
     assert fault.kind == "input" and not fault.serious
     [problem] = check([tmp_path])

@@ -32,7 +32,7 @@ class Fault:
     alternatives
         YAML lines of other corrections that explain the data equally well.
     remedy
-        Measure against a fault that no correction undoes; empty if there is none beyond the usual ones.
+        Measure outside the campaign file; empty if there is none beyond the usual ones.
     """
 
     kind: str

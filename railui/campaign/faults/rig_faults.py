@@ -104,10 +104,10 @@ def _absolute_acceleration(design: Design, runs: Runs, settings: FaultSettings) 
             return []
     text = (
         "az is the absolute acceleration: it exceeds z'', which is measured from the base, by the acceleration u of "
-        "the base; subtract u from az in the runs, or leave az out"
+        "the base"
     )
-    corrections = Corrections((Correction("az", leave_out=True),))
-    return [Fault("absolute", ("az",), 1.0, None, "1", tuple(records), text, True, corrections)]
+    corrections, remedy = Corrections((Correction("az", leave_out=True),)), "subtract u from az in the runs"
+    return [Fault("absolute", ("az",), 1.0, None, "1", tuple(records), text, True, corrections, remedy=remedy)]
 
 
 def _share_of_base(segment: Segment, seconds: float) -> np.ndarray:

@@ -28,7 +28,7 @@ def faults_of_records(dataset: Dataset, runs: Mapping[str, Sequence[Segment]]) -
 
 
 def _absent_input(dataset: Dataset, records: Mapping[str, Segment], settings: FaultSettings) -> list[Fault]:
-    """Find that no run has an input, though the motion is no free decay."""
+    """Find that no run has an input, though the motion is no free decay; serious where the design states the input."""
     ratios = [_decay(s.columns[s.channels[0]]) for s in records.values()]
     ratio = float(np.exp(np.mean(np.log(np.maximum(ratios, 1e-12)))))
     if ratio < settings.min_steady_motion:
@@ -45,7 +45,8 @@ def _absent_input(dataset: Dataset, records: Mapping[str, Segment], settings: Fa
         if has_force
         else "record what drives the rig as the column u"
     )
-    return [Fault("input", ("u",), None, None, "1", tuple(records), text, has_force, remedy=remedy)]
+    is_serious = has_force or "vehicle.rig.input" in dataset.campaign.design.settings
+    return [Fault("input", ("u",), None, None, "1", tuple(records), text, is_serious, remedy=remedy)]
 
 
 def _decay(x: FloatArray) -> float:

@@ -49,12 +49,10 @@ def fault_of_header_units(dataset: Dataset, runs: Mapping[str, Sequence[Segment]
 
 def _fault(dataset: Dataset, channel: str, factor: float, files: tuple[str, ...]) -> Fault:
     units = dataset.runs[0].units
-    text = (
-        f"u in {units['u']} and {channel} in {units[channel]} are not of one system of units: a gain of {factor:g} in "
-        "the design, a correction of u, or columns in SI units bring them together"
-    )
+    text = f"u in {units['u']} and {channel} in {units[channel]} are not of one system of units"
+    remedy = f"write the columns in SI units, or `gain: {factor:g}` in the design"
     corrections = Corrections((Correction("u", gain=1.0 / factor),))
-    return Fault("unit", ("u",), 1.0 / factor, None, "1", files, text, True, corrections)
+    return Fault("unit", ("u",), 1.0 / factor, None, "1", files, text, True, corrections, remedy=remedy)
 
 
 def _unit_factor(dataset: Dataset, index: int, channel: str) -> float | None:

@@ -136,7 +136,7 @@ def data_fault_sentence(diagnosis: Diagnosis) -> str:
             other = " or ".join(f"`{line}`" for line in fault.alternatives[:3])
             text += f"; correct it by `{fault.yaml}` or {other}: these data do not determine which"
         elif fault.yaml:
-            text += f"; correct it by `{fault.yaml}`"
+            text += f"; correct it by `{fault.yaml}`" + (f", or {fault.remedy}" if fault.remedy else "")
         elif fault.remedy:
             text += f": {fault.remedy}"
         parts.append(text)
