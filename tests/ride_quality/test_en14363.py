@@ -184,6 +184,17 @@ def test_zones_and_sections_leave_transitions_out() -> None:
     assert [x.end - x.start for x in cut_sections(s, 0 * s, 0 * s, 50.0)] == [250.0] * 4
 
 
+def test_transitions_of_tangent_track_and_of_very_large_radii_are_in_no_section_of_zone_one() -> None:
+    """500 m tangent, a transition of 300 m, 300 m of R 2000 at 30 mm, all of zone 1: 5 + 3 sections of 100 m."""
+    s = np.arange(0.0, 1100.0, 1.0)
+    curve = np.interp(s, [0, 500, 800, 1100], [0.0, 0.0, 1 / 2000, 1 / 2000])
+    rng = np.random.default_rng(1)
+    for noise in (0.0, 1e-4):  # 1/m: that of a recording
+        sections = cut_sections(s, curve + noise * rng.normal(size=s.size), 60.0 * curve, V)
+        assert [x.zone.number for x in sections] == [1] * 8
+        assert all(x.end <= 520.0 or x.start >= 700.0 for x in sections)
+
+
 def test_sliding_means_bear_a_varying_spacing() -> None:
     rng = np.random.default_rng(2)
     s = np.cumsum(rng.uniform(0.05, 0.15, 400))

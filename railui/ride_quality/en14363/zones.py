@@ -14,6 +14,7 @@ from railui.arrays import FloatArray
 MAX_TANGENT_CANT_DEFICIENCY: Final = 0.040  # m, of tangent track and curves of very large radius
 TANGENT_RADIUS: Final = 10e3  # m above which a track is tangent at any cant deficiency
 CURVATURE_TOLERANCE: Final = 0.10  # of the median of a curve, beyond which a location is in its transition
+NOISE_LENGTH: Final = 20.0  # m of the running median of curvature and cant deficiency: shorter than a transition
 SPEED_STEPS: Final = ((160.0 / 3.6, 100.0), (220.0 / 3.6, 250.0), (np.inf, 500.0))  # up to a speed [m/s]: length [m]
 
 
@@ -72,10 +73,15 @@ def zone_numbers(curvature: FloatArray, cant_deficiency: FloatArray) -> NDArray[
 def cut_sections(s: FloatArray, curvature: FloatArray, cant_deficiency: FloatArray, speed: float) -> list[Section]:
     """Cut a line s [n] m into sections of the length of their zone at a speed [m/s].
 
-    A section lies in one zone, and in a curve between its transitions; what is shorter than a section is left out.
+    A section lies in one zone, on tangent track or in a curve between its transitions, in zone 1 as in the others;
+    what is shorter than a section is left out. Running medians of curvature and cant deficiency over 20 m decide,
+    which keep jumps and pass over the noise of a recording.
     """
-    numbers = zone_numbers(curvature, cant_deficiency)
-    edges = np.flatnonzero((np.diff(numbers) != 0) | (np.diff(np.sign(curvature)) != 0) & (numbers[1:] > 1)) + 1
+    spacing = float(np.median(np.diff(s)))
+    bend, excess = (_running_median(x, spacing) for x in (curvature, cant_deficiency))
+    numbers = zone_numbers(bend, excess)
+    hand = np.where(np.abs(bend) <= 1.0 / TANGENT_RADIUS, 0.0, np.sign(bend))
+    edges = np.flatnonzero((np.diff(numbers) != 0) | (np.diff(hand) != 0)) + 1
     bounds = [0, *edges.tolist(), len(s)]
     sections = []
     for first, stop in pairwise(bounds):
@@ -83,14 +89,21 @@ def cut_sections(s: FloatArray, curvature: FloatArray, cant_deficiency: FloatArr
         if zone is None or stop - first < 2:
             continue
         inside = np.arange(first, stop)
-        if zone.number > 1:
-            middle = np.median(curvature[inside])
-            inside = inside[np.abs(curvature[inside] - middle) <= CURVATURE_TOLERANCE * abs(middle)]
+        if hand[first]:
+            middle = np.median(bend[inside])
+            inside = inside[np.abs(bend[inside] - middle) <= CURVATURE_TOLERANCE * abs(middle)]
         length = zone.section_length(speed)
-        ends = s[inside[-1]] + float(np.median(np.diff(s)))
+        ends = s[inside[-1]] + spacing
         for k in range(int((ends - s[inside[0]]) / length + 1e-6)):
             a = s[inside[0]] + k * length
             here = inside[(s[inside] >= a) & (s[inside] < a + length)]
             means = float(curvature[here].mean()), float(cant_deficiency[here].mean())
             sections.append(Section(zone, float(a), float(a + length), *means))
     return sections
+
+
+def _running_median(x: FloatArray, spacing: float) -> FloatArray:
+    """Return the median of x [n], sampled every so many m, over 20 m around each location."""
+    from scipy.ndimage import median_filter
+
+    return np.asarray(median_filter(x, size=2 * round(0.5 * NOISE_LENGTH / spacing) + 1, mode="nearest"))
