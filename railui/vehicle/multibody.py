@@ -254,3 +254,20 @@ def position_terms(structure: Structure, member: Member) -> list[tuple[float, st
     if "x" in part.keys:
         terms.append((1.0, part.number_path("x")))
     return terms
+
+
+def bogie_masses(structure: Structure, values: Mapping[str, float]) -> list[float]:
+    """Return the mass of each bogie [kg], its frame and the wheelsets under it.
+
+    A bogie frame is a body with wheelsets `under` it that an element joins to another body: not that of a wagon whose
+    wheelsets are under the carbody.
+    """
+    to_others = {None, *(w.name for w in structure.wheelsets)}
+    joined = {end for joint in structure.joints if not to_others & {*joint.ends} for end in joint.ends}
+    frames = sorted(w for w in {w.carrier for w in structure.wheelsets} & joined if w is not None)
+
+    def mass(member: Member) -> float:
+        return values[structure.path_at(member.part.number_path("mass"), member.number)]
+
+    members = structure.members.values()
+    return [sum(mass(m) for m in members if frame in (m.name, m.carrier)) for frame in frames]

@@ -19,6 +19,28 @@ HOME = Path(__file__).parents[2]
 BOGIE = HOME / "designs/test_bogie.yaml"
 V = 40.0  # m/s: sections of 100 m
 STEP = 0.1  # m
+WAGON = """
+name: wagon with two axles
+vehicle:
+  bodies:
+    body: {mass: 16000, yaw_inertia: 90e3, roll_inertia: 20e3, height: 1.4}
+  elements:
+    wheelset:
+      {kind: wheelset, under: body, half_wheelbase: 3, mass: 1400, yaw_inertia: 800, spin_inertia: 100,
+       rolling_radius: 0.46, wheel_load: 46 kN}
+    primary:
+      {kind: spring, between: [wheelset, body], y: 1.0, height: 0.46, static_load: 39 kN,
+       lateral_stiffness: 1 MN/m, longitudinal_stiffness: 1 MN/m, vertical_stiffness: 1 MN/m}
+contact:
+  leading:
+    {conicity: 0.15, longitudinal_creep: 180, lateral_creep: 165, gravitational_stiffness: 6, contact_angle: 0.05,
+     roll: 0.05}
+  trailing:
+    {conicity: 0.15, longitudinal_creep: 180, lateral_creep: 165, gravitational_stiffness: 6, contact_angle: 0.05,
+     roll: 0.05}
+  spin_creep: 0.25
+  flange_clearance: 7 mm
+"""
 
 
 def write_run(path: Path, s: np.ndarray, columns: dict[str, np.ndarray]) -> Path:
@@ -119,6 +141,25 @@ def test_the_simplified_method_has_the_limit_of_the_bogie_mass(tmp_path: Path) -
     rms = of(result, "rms acceleration of the bogie frame", "ayf")
     assert rms["estimated"] == pytest.approx(9.0 / np.sqrt(2.0), rel=0.02) and rms["limit"] == pytest.approx(5.34)
     assert rms["exceeded"]
+
+
+@pytest.mark.parametrize(
+    ("name", "tonnes"), [("bogie_under_coach", 2.9 + 2 * 1.85), ("manchester_coach", 2.615 + 2 * 1.813)]
+)
+def test_the_mass_of_a_bogie_of_bodies_is_that_of_frame_and_wheelsets(tmp_path: Path, name: str, tonnes: float) -> None:
+    s = np.arange(0.0, 1000.0, STEP)
+    path = write_run(tmp_path / "run.csv", s, {"ayf [m/s^2]": 9.0 * np.sin(2 * np.pi * 5.0 * s / V)})
+    result = evaluate_measured(path, HOME / f"designs/{name}.yaml")
+    assert of(result, "acceleration of the bogie frame", "ayf")["limit"] == pytest.approx(12 - tonnes / 5)
+    assert not any("bogie frame" in text for text in result["missing"])
+
+
+def test_a_vehicle_without_bogies_has_no_limit_of_its_frame_and_this_is_reported(tmp_path: Path) -> None:
+    s = np.arange(0.0, 1000.0, STEP)
+    path = write_run(tmp_path / "run.csv", s, {"ayf [m/s^2]": 9.0 * np.sin(2 * np.pi * 5.0 * s / V)})
+    (tmp_path / "wagon.yaml").write_text(WAGON)
+    missing = evaluate_measured(path, tmp_path / "wagon.yaml")["missing"]
+    assert any("acceleration of the bogie frame: the design has no bogie" in each for each in missing)
 
 
 def test_estimates_by_hand() -> None:

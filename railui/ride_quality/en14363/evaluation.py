@@ -29,6 +29,7 @@ from railui.ride_quality.evaluation import TrackLike, excitation_of
 from railui.ride_quality.guiding_forces import wheel_load_paths
 from railui.ride_quality.running_safety import model_notes
 from railui.vehicle.model import Model
+from railui.vehicle.multibody import bogie_masses
 from railui.vehicle.on_track import half_gauges
 from railui.vehicle.resolve import ModelSource, resolve_model
 
@@ -36,6 +37,9 @@ KEPT, EXCEEDED, INCOMPLETE = "lateral limits met", "limit exceeded", "incomplete
 DISCLAIMER: Final = "an evaluation by the rules of EN 14363, not an acceptance: see docs/en14363.md for their sources"
 STRAIGHT_NOTE: Final = "simulated: the track is straight, test zones 2 to 4 are missing"
 LATERAL_NOTE: Final = "vertical quantities (Q, vertical accelerations) are not evaluated: the limits are lateral"
+NO_BOGIE: Final = (
+    "the design has no bogie (a body with wheelsets `under` it that carries another body): 12 - m/5 unknown"
+)
 
 Sample = tuple[Zone, str, str]  # zone, quantity, place
 
@@ -135,13 +139,14 @@ def evaluate_measured(path: str | Path, design: ModelSource, *, cant_deficiency:
 
 
 def vehicle_data(model: Model) -> VehicleData:
-    """Return wheel loads, bogie mass and use of a vehicle; the mass of a bogie of bodies and elements is unknown."""
-    values = model.design.values
-    loads = tuple(values[path] for path in wheel_load_paths(model))
-    mass = None
-    if model.design.structure is None:
-        mass = values["vehicle.frame.mass"] + 2.0 * values["vehicle.wheelset.mass"]
-    return VehicleData(loads, mass, model.design.riding.use)
+    """Return wheel loads, mass of the heaviest bogie and use of a vehicle."""
+    design = model.design
+    loads = tuple(design.values[path] for path in wheel_load_paths(model))
+    if design.structure is None:
+        masses = [design.values["vehicle.frame.mass"] + 2.0 * design.values["vehicle.wheelset.mass"]]
+    else:
+        masses = bogie_masses(design.structure, design.values)
+    return VehicleData(loads, max(masses, default=None), design.riding.use)
 
 
 def evaluate(
@@ -167,7 +172,7 @@ def evaluate(
     zones = [_zone_result(zone, sections, samples, cant_deficiency, speed) for zone in ZONES]
     exceeded = [*failures]
     exceeded += [f"zone {z['zone']}: {q['text']}" for z in zones for q in z["quantities"] if q["exceeded"]]
-    missing = _missing(zones, recordings)
+    missing = _missing(zones, recordings, vehicle)
     return {
         "standard": "EN 14363",
         "speed": speed,
@@ -265,7 +270,7 @@ def _magnitude(estimate: Estimate) -> Estimate:
     return replace(estimate, value=value, mean=abs(estimate.mean))
 
 
-def _missing(zones: Sequence[dict[str, Any]], recordings: Sequence[Recording]) -> list[str]:
+def _missing(zones: Sequence[dict[str, Any]], recordings: Sequence[Recording], vehicle: VehicleData) -> list[str]:
     """Return what a complete evaluation would need beyond these recordings."""
     missing = [
         f"zone {z['zone']}: {z['sections']} of {z['required']} sections" for z in zones if z["sections"] < z["required"]
@@ -278,6 +283,8 @@ def _missing(zones: Sequence[dict[str, Any]], recordings: Sequence[Recording]) -
     ):
         if is_needed and not any(piece.names(column) for piece in recordings):
             missing.append(f"{what}: no signal")
+        elif column is FRAME_COLUMN and is_simplified and vehicle.bogie_mass is None:
+            missing.append(f"{what}: {NO_BOGIE}")
     if is_simplified:
         missing.append("guiding forces: the simplified method of accelerations was used")
     elif not any(name.startswith("Q") for piece in recordings for name in piece.series):

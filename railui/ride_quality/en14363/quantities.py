@@ -39,7 +39,7 @@ WINDOW_STEP: Final = 10.0  # m
 
 @dataclass(frozen=True)
 class VehicleData:
-    """Static wheel load [N] of each wheelset, mass of a bogie with its wheelsets [kg] or None, use of the vehicle."""
+    """Static wheel load [N] of each wheelset, mass of the heaviest bogie with its wheelsets [kg] or None, use."""
 
     wheel_loads: tuple[float, ...]
     bogie_mass: float | None
