@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 from railui.io.problems import FileProblems
+from railui.io.series_file import write_series
 from railui.ride_quality.en14363.estimation import estimate_one_dimensional, estimate_two_dimensional
 from railui.ride_quality.en14363.evaluation import evaluate_measured, evaluate_simulated
 from railui.ride_quality.en14363.quantities import sliding_means
@@ -290,6 +291,39 @@ def test_forces_beyond_any_vehicle_or_of_no_wheelset_are_refused(tmp_path: Path)
         path = write_run(tmp_path / "run.csv", s, {header: 20.0 * np.sin(s)})
         with pytest.raises(FileProblems, match=message):
             evaluate_measured(path, BOGIE)
+
+
+def test_numbers_in_another_unit_than_their_header_are_refused(tmp_path: Path) -> None:
+    """km/h under m/s, alone or against s; wheel loads and guiding forces in kN under N."""
+    s = np.arange(0.0, 600.0, STEP)
+    Y, Q = 10e3 * np.sin(s), 55e3 + 5e3 * np.sin(s)
+    clock = {"t [s]": s / V, "s [m]": s}
+    for columns, message in (
+        ({"v [m/s]": 162 + 0 * s, "Y1 [N]": Y}, r"run.csv:1:\d+: v: is 162 m/s \(583.2 km/h\) .*write `v \[km/h\]`"),
+        ({"v [m/s]": 3.6 * V + 0 * s, "Y1 [N]": Y}, "write `v .km/h.`"),
+        ({"v [m/s]": 3.6 * 30.0 + 0 * s, "t [s]": s / 30.0, "Y1 [N]": Y}, r"v: covers 3.6 times the distance s"),
+        ({"v [km/h]": V + 0 * s, "Y1 [N]": Y}, r"covers 0.278 times the distance s, write `v \[m/s\]`"),
+        ({"Y1 [N]": Y / 1e3}, r"Y1: has an rms of 0.00707 kN, .*write `Y1 \[kN\]`"),
+        ({"Y1 [kN]": Y}, "Y1: has an rms of 7.07e.03 kN"),
+        (
+            {"Y1 [N]": Y, "Q1.left [N]": Q / 1e3},
+            r"Q1.left: is 0.055 kN .*static wheel load .* 55 kN, write `Q1.left .kN",
+        ),
+        ({"Y1 [N]": Y, "Q1.left [kN]": Q}, r"write `Q1.left \[N\]`"),
+    ):
+        speed = {} if any(name.startswith("v") for name in columns) else {"v [m/s]": V + 0 * s}
+        path = write_series(tmp_path / "run.csv", clock | speed | columns)
+        with pytest.raises(FileProblems, match=message):
+            evaluate_measured(path, BOGIE)
+
+
+def test_another_load_state_and_unused_columns_are_noted(tmp_path: Path) -> None:
+    s = np.arange(0.0, 600.0, STEP)
+    Q = 40e3 + 5e3 * np.sin(s)
+    path = write_run(tmp_path / "run.csv", s, {"Y1 [N]": 1e3 * np.sin(s), "Q1.left [N]": Q, "ay_car [m/s^2]": 0 * s})
+    notes = evaluate_measured(path, BOGIE)["notes"]
+    assert any(note.startswith("Q1 is 40 kN in the mean") and "load state" in note for note in notes)
+    assert any(note.startswith("columns not used: ay_car; evaluated are") for note in notes)
 
 
 def test_a_measured_wheel_without_load_fails(tmp_path: Path) -> None:

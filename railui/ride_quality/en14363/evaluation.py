@@ -133,7 +133,7 @@ def evaluate_measured(path: str | Path, design: ModelSource, *, cant_deficiency:
     """
     model = resolve_model(design)
     vehicle, half_gauge = vehicle_data(model), float(half_gauges(model, model.row[None])[0])
-    recordings, notes = read_recording(path, len(vehicle.wheel_loads), half_gauge)
+    recordings, notes = read_recording(path, vehicle.wheel_loads, half_gauge)
     head = {"track": Path(path).name, "seed": None, "source": "measured"}
     return head | evaluate(recordings, vehicle, cant_deficiency, notes)
 

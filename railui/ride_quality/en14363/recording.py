@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.io.problems import Findings, file_problem
 from railui.io.table import Table, read_table
+from railui.ride_quality.en14363.plausibility import check_forces, check_speed, note_unused
 from railui.ride_quality.guiding_forces import guiding_force_channels, wheel_load_paths
 from railui.runs.columns import Column
 from railui.runs.segments import sampling_rate
@@ -125,15 +126,17 @@ def _check_values(
             findings.add(name, message, "number them from the front, from 1", position=table.header_position)
 
 
-def read_recording(path: str | Path, wheelsets: int, half_gauge: float) -> tuple[list[Recording], list[str]]:
-    """Read the measured columns of a run of a vehicle with so many wheelsets; return its unbroken pieces and notes.
+def read_recording(
+    path: str | Path, wheel_loads: Sequence[float], half_gauge: float
+) -> tuple[list[Recording], list[str]]:
+    """Read the measured columns of a run of a vehicle with wheel loads [wheelset] N; return its pieces and notes.
 
     half_gauge: b [m], for the cant deficiency of a run that has curvature and cant.
 
     Raises
     ------
     FileProblems
-        For a faulty table, absent t or v, or no column that the method evaluates.
+        For a faulty table, absent t or v, no column that the method evaluates, or values beyond the vehicle.
     """
     table = read_table(path)
     findings = Findings(str(path))
@@ -147,7 +150,9 @@ def read_recording(path: str | Path, wheelsets: int, half_gauge: float) -> tuple
     for name in ("t", "v"):
         if name not in table.names:
             findings.add(name, "this column is missing", f"add `{name} [{CLOCK[name].unit}]`")
-    _check_values(table, columns, known, wheelsets, findings)
+    _check_values(table, columns, known, len(wheel_loads), findings)
+    check_speed(table, columns, findings)
+    notes = check_forces(table, columns, wheel_loads, findings) + note_unused(table, known)
     findings.raise_errors()
     measured = [name for name in columns if name not in CLOCK]
     if not measured:
@@ -157,7 +162,7 @@ def read_recording(path: str | Path, wheelsets: int, half_gauge: float) -> tuple
     columns = {name: column[rows] for name, column in columns.items()}
     rate = sampling_rate(table, columns["t"], rows, findings)
     findings.raise_errors()
-    notes = _complete(columns, half_gauge)
+    notes += _complete(columns, half_gauge)
     pieces = [part for part in _pieces(columns, measured, rate) if part.stop - part.start >= MIN_DURATION * rate]
     if not pieces:
         raise file_problem(path, f"has no unbroken piece of {MIN_DURATION:g} s", "record longer, or fill the gaps")
