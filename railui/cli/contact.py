@@ -213,7 +213,7 @@ def _parameters_table(body: dict[str, Any]) -> Any:
         ("of tread and flange at [mm]", flange_jumps, "", ""),
     ]
     columns = ("", f"sd {sd * 1e3:g} mm", "harmonic, 3 mm", "EN 15302, 3 mm")
-    return make_table(columns, rows, _creep_rows(body["creep"]))
+    return make_table(columns, rows, _creep_rows(body["creep"], body["creep_parameters"]))
 
 
 def _jumps(found: list[dict[str, Any]]) -> str:
@@ -222,16 +222,17 @@ def _jumps(found: list[dict[str, Any]]) -> str:
     return ", ".join(f"{x:g}" for x in displacements) or "none"
 
 
-def _creep_rows(creep: dict[str, Any] | None) -> list[tuple[str, ...]]:
-    if creep is None:
+def _creep_rows(creep: dict[str, Any] | None, mean: dict[str, float] | None) -> list[tuple[str, ...]]:
+    """Return the rows of the ellipse at the centre, and of the creep coefficients over the motion."""
+    if creep is None or mean is None:
         return []
     ellipse, c = creep["ellipse"], creep["kalker"]
-    kappa = f"{creep['longitudinal_creep']:.0f}, {creep['lateral_creep']:.0f}"
+    kappa = f"{mean['longitudinal_creep']:.0f}, {mean['lateral_creep']:.0f}"
     return [
-        ("contact ellipse a x b [mm]", f"{ellipse['a'] * 1e3:.2f} x {ellipse['b'] * 1e3:.2f}", "", ""),
-        ("Kalker C11, C22, C23", ", ".join(f"{c[key]:.2f}" for key in ("c11", "c22", "c23")), "", ""),
         (f"kappa_x, kappa_y (surface {creep['surface']:g})", kappa, "", ""),
-        ("kappa_s [m]", _number(creep["spin_creep"]), "", ""),
+        ("kappa_s [m]", _number(mean["spin_creep"]), "", ""),
+        ("centre: semi-axes a, b [mm]", f"{ellipse['a'] * 1e3:.2f}, {ellipse['b'] * 1e3:.2f}", "", ""),
+        ("centre: Kalker C11, C22, C23", ", ".join(f"{c[key]:.2f}" for key in ("c11", "c22", "c23")), "", ""),
     ]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.contact.conicity import AMPLITUDES, ConicityCurve, NoCentreError, equivalent_conicity, klingel_wavelength
 from railui.contact.contact_points import find_contacts
-from railui.contact.creep import CreepCoefficients, creep_coefficients
+from railui.contact.creep import CreepCoefficients, creep_coefficients, mean_creep_coefficients
 from railui.contact.geometry import ContactGeometry, ContactJump
 from railui.contact.linearisation import LinearContact, fit_forms, linearise, linearise_harmonically
 from railui.contact.profile import MAX_ROUGHNESS
@@ -116,6 +116,7 @@ def result_dict(analysis: ContactAnalysis, deviation: float = DEFAULT_STANDARD_D
         "flange_contact": {"left": left, "right": right},
         "two_point_contacts": [_jump_dict(jump) for jump in contacts.jumps],
         "creep": _creep_dict(analysis.creep),
+        "creep_parameters": _mean_creep_dict(analysis, deviation, centre),
         "geometry": {
             "displacement": contacts.displacement,
             "delta_r": contacts.delta_r,
@@ -170,6 +171,14 @@ def _creep_dict(creep: CreepCoefficients | None) -> dict[str, Any] | None:
             "lateral_factor": creep.vermeulen_johnson[1],
         },
     }
+
+
+def _mean_creep_dict(analysis: ContactAnalysis, deviation: float, mean: float) -> dict[str, Any] | None:
+    """Return the creep coefficients over the motion; None where those of the mean point are undefined."""
+    at = analysis.creep
+    if at is None:
+        return None
+    return vars(mean_creep_coefficients(analysis.contacts, at.load, deviation, mean, at.surface))
 
 
 def analyse_radius_table(

@@ -15,6 +15,19 @@ from railui.contact.kalker import (
     vermeulen_johnson_factors,
 )
 
+REACH = 3.0  # standard deviations of e on either side of the mean, over which coefficients are averaged
+NODES = 61  # of that average
+MIN_SHARE = 0.5  # of its weight where Hertz's theory holds
+
+
+@dataclass(frozen=True)
+class MeanCreepCoefficients:
+    """Creep coefficients of the model, averaged over a motion: kappa_x [1], kappa_y [1], kappa_s [m]."""
+
+    longitudinal_creep: float
+    lateral_creep: float
+    spin_creep: float
+
 
 @dataclass(frozen=True)
 class CreepCoefficients:
@@ -92,3 +105,35 @@ def creep_coefficients(
         shear * area * c.c11 / load, shear * area * c.c22 / load, shear * area**1.5 * c.c23 / load,
         float(np.sin(contacts.angle[side, i])) / (pair.radius + float(contacts.radius[side, i])),
     )  # fmt: skip
+
+
+def mean_creep_coefficients(
+    contacts: ContactGeometry, load: float, deviation: float, mean: float = 0.0, surface: float = 1.0, side: int = 0
+) -> MeanCreepCoefficients:
+    """Average the creep coefficients of one wheel over a normal distribution of e.
+
+    As `linearise`: over a standard deviation [m] about a mean [m], cut where a flange begins to touch. A contact point
+    that jumps within the motion then changes them by the share of either point. Displacements at which the contact
+    conforms are left out.
+
+    Raises
+    ------
+    ValueError
+        If more than half of the distribution has conforming contact or an ellipse beyond Kalker's table.
+    """
+    first, last = contacts.tread_range
+    offsets = np.linspace(-REACH, REACH, NODES)
+    weights, rows, faults = [], [], []
+    for offset in offsets[(mean + offsets * deviation >= first) & (mean + offsets * deviation <= last)]:
+        weight = float(np.exp(-0.5 * offset**2))
+        try:
+            found = creep_coefficients(contacts, load, mean + offset * deviation, surface, side=side)
+        except ValueError as fault:
+            faults.append((weight, fault))
+            continue
+        weights.append(weight)
+        rows.append((found.longitudinal_creep, found.lateral_creep, found.spin_creep))
+    without = sum(weight for weight, _ in faults)
+    if not weights or without > MIN_SHARE * (sum(weights) + without):
+        raise ValueError(str(max(faults, key=lambda each: each[0])[1]) if faults else "no contact on the treads")
+    return MeanCreepCoefficients(*np.average(rows, axis=0, weights=weights).tolist())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -79,7 +79,7 @@ class WheelsetProfiles:
     def contact_parameters(self, *, is_linearised: bool = False) -> tuple[dict[str, float], list[str]]:
         """Return the contact parameters by key, and warnings; keys of undefined quantities are absent.
 
-        The creep coefficients are those of the wheels where r_1 = r_2, the mean of both where the sides differ.
+        The creep coefficients are means over the motion, as the others; of both wheels where the sides differ.
         """
         from railui.contact.linearisation import linearise
 
@@ -94,23 +94,25 @@ class WheelsetProfiles:
         if len(ends) == 2 and abs(ends[0] - ends[1]) > MAX_FLANGE_DIFFERENCE:
             touching = f"{-ends[0] * 1e3:.1f} and {ends[1] * 1e3:.1f} mm"
             warnings.append(f"flanges touch at {touching}: the flange clearance is the mean of both sides")
-        creep, notes = _creep(contacts, self.wheel_load, centre, self.surface)
-        return parameters | creep, [*warnings, *notes]
+        creep, notes = _creep(self.pair, self.pair.stamps(), self.wheel_load, self.sd, self.surface)
+        return parameters | dict(creep), [*warnings, *notes]
 
     def shape(self) -> dict[str, tuple[float, ...]]:
         """Return the parameters of the effect profile_shape; raise ValueError if the conicity is zero."""
         return _shape(self.pair, self.pair.stamps(), self.sd)
 
 
+@lru_cache(maxsize=64)
 def _creep(
-    contacts: ContactGeometry, load: float, centre: float, surface: float
-) -> tuple[dict[str, float], Sequence[str]]:
-    """Return kappa_x, kappa_y and kappa_s; none, and a note, where Hertz's theory does not hold."""
-    from railui.contact.creep import creep_coefficients
+    pair: PairFiles, stamps: tuple[str, ...], load: float, sd: float, surface: float
+) -> tuple[Mapping[str, float], Sequence[str]]:
+    """Return kappa_x, kappa_y and kappa_s over a motion; none, and a note, where Hertz's theory does not hold."""
+    from railui.contact.creep import mean_creep_coefficients
 
+    contacts = _geometry(pair, stamps)
     sides = (0,) if contacts.pair.has_equal_sides else (0, 1)
     try:
-        each = [creep_coefficients(contacts, load, centre, surface, side=side) for side in sides]
+        each = [mean_creep_coefficients(contacts, load, sd, contacts.centre, surface, side) for side in sides]
     except ValueError as fault:
         return {}, [f"gives no creep coefficients: {fault}"]
     return {key: sum(getattr(one, key) for one in each) / len(each) for key in CREEP}, []

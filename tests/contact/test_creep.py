@@ -11,7 +11,7 @@ from scipy.special import elliprd, elliprf
 
 from railui import core
 from railui.contact.contact_points import find_contacts
-from railui.contact.creep import creep_coefficients
+from railui.contact.creep import creep_coefficients, mean_creep_coefficients
 from railui.contact.hertz import hertz
 from railui.contact.kalker import kalker_coefficients, vermeulen_johnson_factors
 from tests.contact.shapes import cones
@@ -106,6 +106,18 @@ def test_a_law_begins_with_the_linear_slope_and_ends_at_the_friction_limit(kind:
     size = np.linalg.norm(forces(kind, np.array([1e-8, 0.5])), axis=1)
     assert size[0] == pytest.approx(KAPPA * N * 1e-8, rel=1e-4)
     assert 0.98 * 0.3 * N < size[1] <= 0.3 * N * (1 + 1e-12)
+
+
+def test_mean_coefficients_are_the_normal_average_of_those_at_each_displacement() -> None:
+    """Against a sum over random displacements; over no motion they are those of the centre."""
+    contacts = find_contacts(cones(0.05))
+    found = mean_creep_coefficients(contacts, 55e3, 1.5e-3, surface=0.6)
+    e = 1.5e-3 * np.random.default_rng(1).normal(size=2000)
+    each = [creep_coefficients(contacts, 55e3, x, 0.6).longitudinal_creep for x in e]
+    assert found.longitudinal_creep == pytest.approx(np.mean(each), rel=2e-3)
+    centre = creep_coefficients(contacts, 55e3, 0.0, 0.6)
+    still = mean_creep_coefficients(contacts, 55e3, 1e-9, surface=0.6)
+    assert still.spin_creep == pytest.approx(centre.spin_creep, rel=1e-12)
 
 
 def test_creep_laws_agree_within_a_tenth_of_the_limit_without_spin() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from railui.contact.contact_points import find_contacts
-from railui.contact.creep import creep_coefficients
+from railui.contact.creep import mean_creep_coefficients
 from railui.contact.wheelset_on_track import WheelRailPair
 from railui.io.problems import FileProblems
 from railui.optimisation.evaluation import response_table
@@ -62,9 +62,17 @@ def test_the_creep_coefficients_of_an_override_are_those_of_the_load(home: Path)
     laden = load_design(design(home, f"{PAIR}}}")).with_values({LOAD: 110e3})
     pair = WheelRailPair(coned_wheel(0.05), round_rail(), back_to_back=1.360)
     contacts = find_contacts(pair)
-    expected = creep_coefficients(contacts, 110e3, contacts.centre, 0.6)
+    expected = mean_creep_coefficients(contacts, 110e3, 2e-3, contacts.centre, 0.6)
     assert laden.values["contact.leading.longitudinal_creep"] == pytest.approx(expected.longitudinal_creep, rel=1e-5)
     assert laden.values["contact.spin_creep"] == pytest.approx(expected.spin_creep, rel=1e-5)
+
+
+def test_a_contact_jump_through_the_centre_changes_the_creep_coefficients_gradually() -> None:
+    """S1002 on 60E1 jumps by 10 mm at e = 0.25 mm, at 1434 mm on the other side: at the centre kappa_x fell by 31 %."""
+    wide, narrow = (bundled({}).with_values({GAUGE: gauge}) for gauge in (1.435, 1.434))
+    for key, most in (("longitudinal_creep", 0.1), ("lateral_creep", 0.05)):
+        x, y = (each.values[f"contact.leading.{key}"] for each in (wide, narrow))
+        assert 0.0 < abs(x / y - 1.0) < most
 
 
 def test_a_load_state_has_the_creep_coefficients_of_its_load() -> None:
