@@ -93,10 +93,14 @@ def _abscissa_unit(recording: Recording) -> str:
 def _write_draft(recording: Recording, draft: str, call: Invocation) -> None:
     from railui.capture.processing.draft import draft_map
     from railui.io.atomic import write_text
+    from railui.io.problems import join_names
 
     if Path(draft).exists():
         raise usage_error(f"{draft} exists and is not overwritten: give another name")
     write_text(draft, draft_map(recording))
+    without = [name for name in recording.channels if not recording.units.get(name)]
+    if without:
+        call.info(f"without a unit: {join_names(without)}; add the key `unit:` to their sensors, such as `unit: m/s^2`")
     call.info(f"wrote {draft}: complete it, then `railui import {recording.sources[0]} --map {draft} -o RUN.csv.gz`")
 
 

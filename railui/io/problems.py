@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -130,6 +130,16 @@ class Findings:
         """Raise FileProblems if there is an error."""
         if self.errors():
             raise FileProblems(self.errors())
+
+
+def join_names(names: Sequence[str]) -> str:
+    """Return names for one line of a message, the first 16 and the number of the others.
+
+    >>> join_names(["a", "b"]), join_names(list("abcdefghijklmnopqrs"))[-13:]
+    ('a, b', ', p, 3 others')
+    """
+    others = len(names) - MAX_LISTED_NAMES
+    return ", ".join([*names[:MAX_LISTED_NAMES], *([f"{others} others"] if others > 0 else [])])
 
 
 def suggest_name(name: str, known: Iterable[str]) -> str:

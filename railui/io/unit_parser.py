@@ -42,6 +42,7 @@ SYMBOLS: dict[str, tuple[float, dict[str, int], bool]] = {
 RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"
 SUPERSCRIPT = re.compile(f"[{RAISED}]+")
 PLAIN = str.maketrans(RAISED + "·⋅×", "0123456789-***")
+PLAIN_POWER = re.compile(r"(?<=[^\W\d_])(-?\d)(?![\d.])")  # the 2 of m/s2, the -2 of m s-2
 TOKEN = re.compile(r"\^\(?[-+]?\d+\)?|[*/()]|1(?![\d.])|[^\W\d_]+|[%‰°]|\S")
 
 
@@ -79,6 +80,7 @@ class _UnitParser:
     def __init__(self, text: str) -> None:
         self.text = text
         plain = SUPERSCRIPT.sub(lambda match: f"^{match[0]}", text).replace("**", "^").translate(PLAIN)
+        plain = PLAIN_POWER.sub(r"^\1", plain)
         self.tokens = TOKEN.findall(plain)
         self.factor, self.powers = 1.0, dict.fromkeys(BASE_LABELS, 0)
 
@@ -148,8 +150,8 @@ def parse_unit(text: str) -> Unit:
 
     >>> parse_unit("kN*s/m").factor
     1000.0
-    >>> parse_unit("m/s^2").dimension
-    (1, 0, -2, 0, 0, 0)
+    >>> [parse_unit(text).dimension for text in ("m/s^2", "m/s2", "m/s²", "m s-2")] == 4 * [(1, 0, -2, 0, 0, 0)]
+    True
     """
     if len(text) > 60:
         raise UnitError(f"the unit {text[:20]!r}... is {len(text)} characters long", "write units like kN*s/m")

@@ -46,7 +46,8 @@ def _commented_sensor(recording: Recording, name: str) -> str:
         return f"NAME: {_sensor_text(recording, name)}    # one of {', '.join(possible)}"
     if _is_speed(unit):
         return f"{scalar_text(name)} [{unit}]: a speed, see above"
-    return f"{scalar_text(name)} [{unit}]: no quantity has this unit"
+    sensor = f"NAME: {{channel: {scalar_text(name)}, unit: UNIT}}"
+    return f"{scalar_text(name)} [{unit}]: no quantity has this unit; where it is misspelt, `{sensor}`"
 
 
 def _sensor_text(recording: Recording, name: str) -> str:

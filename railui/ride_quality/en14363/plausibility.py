@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.io.problems import MAX_LISTED_NAMES, Findings
+from railui.io.problems import Findings, join_names
 from railui.io.table import Table
 from railui.io.units import MAX_PLAUSIBLE_SPEED
 
@@ -77,9 +77,8 @@ def note_unused(table: Table, used: Mapping[str, object]) -> list[str]:
     unused = [name for name in table.names if name not in used]
     if not unused:
         return []
-    more = f" and {len(unused) - MAX_LISTED_NAMES} more" if len(unused) > MAX_LISTED_NAMES else ""
     names = "Yi, Yi.right, Yi.left, Qi.right, Qi.left, ay_body.POINT, floor.POINT, ayf.POINT"
-    return [f"columns not used: {', '.join(unused[:MAX_LISTED_NAMES])}{more}; evaluated are {names}"]
+    return [f"columns not used: {join_names(unused)}; evaluated are {names}"]
 
 
 def _unit_remedy(name: str, ratio: float) -> str:

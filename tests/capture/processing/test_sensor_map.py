@@ -109,6 +109,16 @@ def test_draft_contains_every_channel(tmp_path: Path) -> None:
     assert "{channel: acc_y, gravity: raw}" in text and "{channel: way}" in text  # gravity is of accelerometers
 
 
+def test_the_draft_of_channels_without_a_known_unit_names_the_key(tmp_path: Path) -> None:
+    rows = [f"{0.005 * i:.3f},{i % 7},{i % 5},{i % 3}" for i in range(400)]
+    (tmp_path / "a.csv").write_text("\n".join(["t [s],x,acc [m/s2],y [furlong]", *rows]))
+    result = CliRunner().invoke(cli, ["import", str(tmp_path / "a.csv"), "--draft", str(tmp_path / "map.yaml")])
+    text = (tmp_path / "map.yaml").read_text()
+    assert "without a unit: x; add the key `unit:`" in result.output + result.stderr
+    assert "{channel: acc, gravity: raw}    # one of ay1" in text
+    assert "y [furlong]: no quantity has this unit; where it is misspelt, `NAME: {channel: y, unit: UNIT}`" in text
+
+
 def test_draft_names_the_channel_of_the_speed_by_its_unit(tmp_path: Path) -> None:
     lines = ["Zeit;Geschwindigkeit;Temp", "ms;km/h;°C", *(f"{5 * i};{136 + i / 7:.3f};21,5" for i in range(40))]
     (tmp_path / "drive.csv").write_text("\n".join(lines).replace(".", ","), "latin-1")
