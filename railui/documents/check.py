@@ -29,6 +29,8 @@ from railui.track.reader import TrackColumns, load_track
 from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.effects import Catalogue, kernel_catalogue
 from railui.vehicle.element import Element, load_element
+from railui.vehicle.multibody import bogie_masses
+from railui.vehicle.parameter import UNUSUAL_FACTOR, UNUSUAL_LENGTH_FACTOR
 
 if TYPE_CHECKING:
     from railui.contact.profile import Profile
@@ -38,7 +40,6 @@ LoadedFile: TypeAlias = (
     "Design | Campaign | Study | Element | Run | TrackColumns | Profile | tuple[FloatArray, FloatArray] | object"
 )
 
-UNUSUAL_FACTOR = 3.0  # beyond the range of real vehicles
 READ_ELSEWHERE = {"map": "sensor map", "fleet": "fleet"}
 
 
@@ -116,16 +117,25 @@ def _check_file(
 
 
 def _check_usual_ranges(design: Design) -> list[Problem]:
-    """Warn of numbers far outside the range of real vehicles, as one without its unit often is."""
+    """Warn of numbers outside the range of real vehicles: without their unit, or the whole of a half or a radius.
+
+    Wagons with two axles have longer wheelbases than bogies.
+    """
     findings = load_yaml(design.source).findings() if design.source is not None else Findings(design.name)
+    is_bogie = design.structure is None or bool(bogie_masses(design.structure, design.values))
     for path, parameter in design.parameters.items():
         low, high = parameter.usual_range
         size = abs(design.values.get(path, 0.0))
-        if size and not low / UNUSUAL_FACTOR <= size <= high * UNUSUAL_FACTOR:
+        whole = parameter.whole if is_bogie or "wheelbase" not in parameter.whole else ""
+        factor = UNUSUAL_LENGTH_FACTOR if whole else UNUSUAL_FACTOR
+        if size and not low / factor <= size <= high * factor:
             value, unit = format_quantity(design.values[path], parameter.unit), parameter.unit
             usual = f"{format_quantity(low, unit)} to {format_quantity(high, unit)}"
-            message = f"{value} is far from the {usual} of real vehicles"
-            findings.warn(path, message, "a number without a unit is in SI units: check the unit")
+            message = f"{value} is {'outside' if whole else 'far from'} the {usual} of real vehicles"
+            remedy = "a number without a unit is in SI units: check the unit"
+            if whole and size > high:
+                remedy = f"give half of it if this is {whole}, else check the unit"
+            findings.warn(path, message, remedy)
     return findings.problems
 
 

@@ -11,6 +11,9 @@ from railui.io.units import UnitError, example_quantity, quantity
 
 INFINITE = math.inf
 MAX_PLAUSIBLE = 1e15  # beyond any number of a vehicle
+# Beyond its usual range by such a factor a number is probably another one: kg for N are 9.8 times as many, a prefix is
+# a factor of 1000; of half a length, or a radius, the whole is twice as much, and lengths of vehicles vary little.
+UNUSUAL_FACTOR, UNUSUAL_LENGTH_FACTOR = 3.0, 1.2
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,17 @@ class Parameter:
     def key(self) -> str:
         """Last part of the path."""
         return self.path.rpartition(".")[2]
+
+    @property
+    def whole(self) -> str:
+        """Name of the length of which this is half; empty for other numbers.
+
+        >>> Parameter("half_wheelbase", "a", "m", "half the wheelbase").whole
+        'the wheelbase'
+        """
+        if self.caption.startswith("half "):
+            return self.caption.removeprefix("half ").partition(",")[0]
+        return "the diameter" if "rolling radius" in self.caption else ""
 
     def read(self, value: object) -> float:
         """Return a value in SI; UnitError if unit or range do not fit.

@@ -67,6 +67,23 @@ def test_a_stiffness_without_its_unit_is_warned_of(tmp_path: Path) -> None:
     assert problem.message.startswith("3 N/m is far from the") and "SI units" in problem.remedy
 
 
+@pytest.mark.parametrize(
+    ("half", "whole", "name"),
+    [
+        ("half_wheelbase: 1.28", "half_wheelbase: 2.56", "the wheelbase"),
+        ("half_gauge: 0.75", "half_gauge: 1.5", "the distance of the rolling circles"),
+        ("half_spring_base: 1.0", "half_spring_base: 2.0", "the lateral distance of the primary springs"),
+        ("rolling_radius: 0.46", "rolling_radius: 0.92", "the diameter"),
+    ],
+)
+def test_the_whole_length_in_place_of_its_half_is_warned_of(tmp_path: Path, half: str, whole: str, name: str) -> None:
+    text = (Path(__file__).parents[2] / "designs" / "test_bogie.yaml").read_text()
+    assert half in text
+    (tmp_path / "odd.yaml").write_text(text.replace(half, whole))
+    [problem] = [p for p in check([tmp_path / "odd.yaml"]) if whole.partition(":")[0] in p.key]
+    assert problem.severity == "warning" and problem.remedy.startswith(f"give half of it if this is {name},")
+
+
 def test_a_column_in_other_letters_is_warned_of(campaign_folder: Path) -> None:
     """A column of another name, such as a temperature, is no misspelt one."""
     run = campaign_folder / "run_a.csv"
