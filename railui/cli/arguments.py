@@ -79,6 +79,7 @@ def load_design_argument(call: Invocation, path: str, overrides: Mapping[str, st
     """Load a design with its overrides and print its warnings; FileProblems with every fault."""
     from railui.api.design import Design
     from railui.documents.recognise import expect_kind
+    from railui.vehicle.superseded import superseded_warnings
     from railui.vehicle.wheel_loads import wheel_load_warnings
 
     expect_kind(path, "design")
@@ -89,6 +90,7 @@ def load_design_argument(call: Invocation, path: str, overrides: Mapping[str, st
     changed = design.with_values(overrides)
     known = {problem.message for problem in design.warnings}
     call.warn([problem for problem in wheel_load_warnings(changed) if problem.message not in known])
+    call.warn(superseded_warnings(changed, overrides))
     return changed
 
 

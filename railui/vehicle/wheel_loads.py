@@ -46,7 +46,7 @@ def check_bogie_wheel_loads(values: Mapping[str, float], effects: Sequence[Place
     load = 4 * values[path]
     coach = [float(m) for e in effects if adds_body(e.kind) and isinstance(m := e.parameters.get("mass"), float)]
     weight = GRAVITY * (values["vehicle.frame.mass"] + 2 * values["vehicle.wheelset.mass"] + sum(coach))
-    carried = f"4 N is {load / 1e3:.4g} kN, the masses"
+    carried = f"4 x wheel load is {load / 1e3:.4g} kN, the masses"
     if load < (1 - WEIGHT_TOLERANCE) * weight:
         share = "" if coach else ", and a coach would add to them"
         findings.warn(path, f"{carried} weigh {weight / 1e3:.4g} kN{share}", REMEDY)

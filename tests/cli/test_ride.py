@@ -115,7 +115,20 @@ def test_a_ride_of_half_a_second_is_not_very_good() -> None:
     assert any("take 20 s or more" in note for note in found["notes"])
 
 
+def test_an_override_of_a_number_that_a_coach_mode_replaces_is_warned_of(tmp_path: Path) -> None:
+    """A coach_mode without a damping of its own takes that of the vehicle, so that the override has an effect."""
+    text = Path(BOGIE).read_text()
+    for own, is_warned in ((", stiffness: 0.2 MN/m, damping: 30 kN*s/m", True), ("", False)):
+        design = tmp_path / "coach.yaml"
+        design.write_text(f"{text}\neffects:\n  - {{kind: coach_mode, at: secondary_lateral, mass: 12000{own}}}\n")
+        words = ("ride", str(design), "--track", "erri_b176_low length=200", "--speed", "40")
+        done = run(*words, "vehicle.secondary.lateral_damping=60e3")
+        message = "vehicle.secondary.lateral_damping: has no effect, the coach_mode at secondary_lateral replaces it"
+        assert (message in done.stderr and "change effects.0.damping" in done.stderr) == is_warned
+        assert "has no effect" not in run(*words, "vehicle.secondary.yaw_damping=60e3").stderr
+
+
 def test_an_override_that_contradicts_the_masses_is_warned_of() -> None:
     done = run_ride("--speed", "40", "vehicle.wheel_load=55")
-    assert "4 N is 0.22 kN, the masses weigh" in done.stderr
+    assert "4 x wheel load is 0.22 kN, the masses weigh" in done.stderr
     assert "the masses weigh" not in run_ride("--speed", "40", "vehicle.wheel_load=54e3").stderr

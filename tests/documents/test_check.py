@@ -117,7 +117,7 @@ def test_a_warning_is_no_error(campaign_folder: Path) -> None:
     vehicle.write_text(vehicle.read_text().replace("55 kN", "5 kN"))
     (warning,) = check([vehicle])
     assert warning.severity == "warning" and str(warning).startswith(
-        f"{vehicle}:6:15: warning: vehicle.wheel_load: 4 N is"
+        f"{vehicle}:6:15: warning: vehicle.wheel_load: 4 x wheel load is"
     )
 
 

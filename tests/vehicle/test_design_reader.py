@@ -148,7 +148,7 @@ def test_a_bogie_with_an_unknown_coach_gives_no_warning(bogie: str) -> None:
 def test_wheel_loads_below_the_weight_of_the_bogie_give_a_warning(bogie: str) -> None:
     (warning,) = parse_design(bogie.replace("55 kN", "14 kN")).warnings
     assert (warning.line, warning.column, warning.severity) == (6, 15, "warning")
-    assert "4 N is 56 kN" in warning.message and "64.75 kN" in warning.message
+    assert "4 x wheel load is 56 kN" in warning.message and "64.75 kN" in warning.message
     assert parse_design(bogie.replace("55 kN", "15 kN")).warnings == ()  # within 10 %
 
 
