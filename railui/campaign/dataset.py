@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from railui.campaign.campaign import Campaign
+from railui.campaign.campaign import DEFAULT_BAND, Campaign
+from railui.campaign.comparison import MAX_BAND_SHARE
 from railui.campaign.corrections.apply import corrected_run
 from railui.campaign.free_decay import with_phase_steps
 from railui.campaign.noise.estimate import estimate_noise_model
@@ -18,6 +19,7 @@ from railui.campaign.segment import Segment
 from railui.campaign.sensor_drift import with_drift_removed
 from railui.campaign.settings.estimation import ValidationSettings
 from railui.io.problems import file_problem
+from railui.io.yaml_document import load_yaml
 from railui.runs import columns as known
 from railui.runs.run import Run, load_run
 from railui.track import distance_from_speed
@@ -133,6 +135,19 @@ class Dataset:
         return hold_back(self.validation, settings.validation, rig_rate)
 
 
+def _check_sampled_band(campaign: Campaign, rate: float) -> None:
+    """Raise FileProblems for a band that ends above half the sampling rate [Hz] of every run.
+
+    The default is limited to the sampling rate instead, as is a band on the more slowly sampled of several runs.
+    """
+    if campaign.band is None or campaign.band == DEFAULT_BAND or campaign.band[1] <= 0.5 * rate:
+        return
+    findings = load_yaml(campaign.source).findings()
+    message = f"its upper limit {campaign.band[1]:g} Hz is above half the sampling rate of the runs, {rate:.4g} Hz"
+    findings.add("band", message, f"give at most {MAX_BAND_SHARE * rate:.3g} Hz")
+    findings.raise_errors()
+
+
 def read_dataset(campaign: Campaign) -> Dataset:
     """Read the runs of a campaign and make its corrections; FileProblems for a run that cannot be used."""
     kind = campaign.design.run_form
@@ -149,6 +164,7 @@ def read_dataset(campaign: Campaign) -> Dataset:
             )
         runs.append(run)
         segments += segments_of_run(run, entry.name, entry.role, kind, index, unknown_lead, entry.load)
+    _check_sampled_band(campaign, max(run.rate for run in runs))
     noise = estimate_noise_model(
         segments, campaign.noise, geometry, campaign.band, campaign.noise_band, campaign.settings.noise
     )

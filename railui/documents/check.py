@@ -166,7 +166,11 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     measured = {name for run in runs for name in run.columns}
     findings = load_yaml(campaign.source).findings()
     _check_overlap(campaign, runs, findings)
-    for fault in diagnose(read_dataset(campaign)).faults:
+    try:
+        dataset = read_dataset(campaign)
+    except FileProblems as error:
+        return list(error.problems)
+    for fault in diagnose(dataset).faults:
         findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", _remedy(fault))
     for entry, run in zip(campaign.runs, runs, strict=True):
         _check_columns(run, entry.name, findings)

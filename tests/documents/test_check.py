@@ -57,6 +57,19 @@ def test_a_good_campaign_has_no_problem(campaign_folder: Path) -> None:
     assert check([campaign_folder, campaign_folder / "vehicle.yaml"]) == []
 
 
+def test_a_band_above_half_the_sampling_rate_is_refused(campaign_folder: Path) -> None:
+    """Below it the band is limited to 0.45 of the sampling rate, as documented."""
+    campaign = campaign_folder / "campaign.yaml"
+    text = campaign.read_text()
+    run = load(campaign_folder / "run_a.csv")
+    assert isinstance(run, Run)
+    for upper, is_refused in ((0.49, False), (2.0, True)):
+        campaign.write_text(f"{text}\nband: [0.3 Hz, {upper * run.rate} Hz]\n")
+        found = [p for p in check([campaign_folder]) if p.key == "band"]
+        assert bool(found) == is_refused
+    assert found[0].line > 0 and "half the sampling rate" in found[0].message and "give at most" in found[0].remedy
+
+
 def test_a_stiffness_without_its_unit_is_warned_of(tmp_path: Path) -> None:
     design = Path(__file__).parents[2] / "designs" / "test_bogie.yaml"
     text = design.read_text()
