@@ -17,10 +17,12 @@ from railui.contact.radius_table_reader import read_radius_table
 from railui.documents.recognise import USES_BY_KIND, recognise
 from railui.io.number_format import format_quantity
 from railui.io.problems import FileProblems, Findings, Problem, file_problem
+from railui.io.table import read_header
 from railui.io.yaml_document import load_yaml as load_yaml
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
 from railui.planning.plan_file import read_plan_fields
+from railui.ride_quality.en14363.recording import is_recording, read_recording
 from railui.runs.columns import columns_of
 from railui.runs.overlap import MAX_SHARED_SHARE, shared_share
 from railui.runs.run import Run, load_run
@@ -64,13 +66,20 @@ def load(
         "plan": lambda: read_plan_fields(path),
         "element": lambda: load_element(path, kernel_catalogue() if catalogue is None else catalogue),
         "study": lambda: load_study(path, catalogue, check_track),
-        "run": lambda: load_run(path),
+        "run": lambda: _load_run(path),
         "track": lambda: load_track(path),
         "line": lambda: load_line(path),
         "profile": lambda: _load_profile(Path(path)),
         "delta_r": lambda: read_radius_table(path),
     }
     return loaders[kind]()
+
+
+def _load_run(path: str | Path) -> LoadedFile:
+    """Read a run of a campaign, or one with the columns of EN 14363 alone, according to its header."""
+    if is_recording(read_header(path).names):
+        return read_recording(path)
+    return load_run(path)
 
 
 def _load_profile(path: Path) -> Profile:

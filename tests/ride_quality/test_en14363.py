@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from railui.documents.check import check
 from railui.io.problems import FileProblems
 from railui.io.series_file import write_series
 from railui.ride_quality.en14363.estimation import estimate_one_dimensional, estimate_two_dimensional
@@ -315,6 +316,17 @@ def test_numbers_in_another_unit_than_their_header_are_refused(tmp_path: Path) -
         path = write_series(tmp_path / "run.csv", clock | speed | columns)
         with pytest.raises(FileProblems, match=message):
             evaluate_measured(path, BOGIE)
+
+
+def test_the_check_accepts_a_run_for_the_method_and_reports_its_faults(tmp_path: Path) -> None:
+    s = np.arange(0.0, 600.0, STEP)
+    Y = 10e3 * np.sin(s)
+    good = write_run(tmp_path / "good.csv", s, {"Y1.right [N]": Y, "Q1.right [kN]": 55 + Y / 1e4})
+    assert check([good]) == [] and check([write_run(tmp_path / "frame.csv", s, {"ayf [m/s^2]": Y / 1e4})]) == []
+    bad = write_run(tmp_path / "bad.csv", s, {"Y1.right [m]": Y, "floor.front [m/s^2]": Y})
+    assert [(p.key, p.line) for p in check([bad])] == [("Y1.right", 1)]
+    without_track = check([write_run(tmp_path / "e.csv", s, {"e1 [m]": Y / 1e7, "ayf [m/s^2]": Y / 1e4})])
+    assert [p.key for p in without_track] == ["yw"]
 
 
 def test_another_load_state_and_unused_columns_are_noted(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from railui.io.problems import Findings, file_problem
 from railui.io.table import Table, read_table
 from railui.ride_quality.en14363.plausibility import check_forces, check_speed, note_unused
 from railui.ride_quality.guiding_forces import guiding_force_channels, wheel_load_paths
-from railui.runs.columns import Column
+from railui.runs.columns import COLUMNS, Column
 from railui.runs.segments import sampling_rate
 from railui.runs.units import columns_in_si
 from railui.track.excitation import Excitation
@@ -38,6 +38,7 @@ CLOCK: Final = {
     "cant": Column("cant", "m", "track", "cant, positive where the left rail is higher"),
 }
 MAX_VALUES: Final = {"N": 1e7, "m/s^2": 1e4}  # beyond any vehicle: a wrong unit
+STANDARD_HALF_GAUGE: Final = 0.75  # m, half the distance of the rolling circles of standard gauge
 MIN_SPEED: Final = 1.0  # m/s, below which a vehicle stands
 GAP_INTERVALS: Final = 1.5  # sampling intervals
 MIN_DURATION: Final = 5.0  # s of an unbroken piece
@@ -111,7 +112,11 @@ def simulate_recording(
 
 
 def _check_values(
-    table: Table, columns: Mapping[str, FloatArray], known: Mapping[str, Column], wheelsets: int, findings: Findings
+    table: Table,
+    columns: Mapping[str, FloatArray],
+    known: Mapping[str, Column],
+    wheelsets: int | None,
+    findings: Findings,
 ) -> None:
     """Report values beyond any vehicle, and forces of wheelsets that the design does not have."""
     for name, column in columns.items():
@@ -121,17 +126,31 @@ def _check_values(
             message = f"reaches {values.max():.3g} {known[name].unit}, more than any vehicle"
             findings.add(name, message, "give the right unit in the header", position=table.header_position)
         number = re.match(r"[YQ](\d+)", name)
-        if number and not 1 <= int(number[1]) <= wheelsets:
+        if number and wheelsets is not None and not 1 <= int(number[1]) <= wheelsets:
             message = f"the design has {wheelsets} wheelsets"
             findings.add(name, message, "number them from the front, from 1", position=table.header_position)
 
 
+def is_recording(names: Sequence[str]) -> bool:
+    """Return True for the columns of a run for EN 14363 alone: forces or accelerations of the body, and no track.
+
+    >>> is_recording(["t", "v", "Y1.right"]), is_recording(["t", "v", "yw", "e1", "ayf"])
+    (True, False)
+    """
+    if "yw" in names:
+        return False
+    is_of_method = any(pattern.fullmatch(name) for name in names for pattern in (FORCE_COLUMN, BODY_COLUMN))
+    others = set(COLUMNS) - set(CLOCK) - {"ayf"}
+    return is_of_method or (any(FRAME_COLUMN.fullmatch(name) for name in names) and others.isdisjoint(names))
+
+
 def read_recording(
-    path: str | Path, wheel_loads: Sequence[float], half_gauge: float
+    path: str | Path, wheel_loads: Sequence[float] | None = None, half_gauge: float = STANDARD_HALF_GAUGE
 ) -> tuple[list[Recording], list[str]]:
     """Read the measured columns of a run of a vehicle with wheel loads [wheelset] N; return its pieces and notes.
 
-    half_gauge: b [m], for the cant deficiency of a run that has curvature and cant.
+    Without wheel loads the forces are not compared with those of a vehicle. half_gauge: b [m], for the cant deficiency
+    of a run that has curvature and cant.
 
     Raises
     ------
@@ -150,9 +169,10 @@ def read_recording(
     for name in ("t", "v"):
         if name not in table.names:
             findings.add(name, "this column is missing", f"add `{name} [{CLOCK[name].unit}]`")
-    _check_values(table, columns, known, len(wheel_loads), findings)
+    _check_values(table, columns, known, None if wheel_loads is None else len(wheel_loads), findings)
     check_speed(table, columns, findings)
-    notes = check_forces(table, columns, wheel_loads, findings) + note_unused(table, known)
+    notes = note_unused(table, known)
+    notes += [] if wheel_loads is None else check_forces(table, columns, wheel_loads, findings)
     findings.raise_errors()
     measured = [name for name in columns if name not in CLOCK]
     if not measured:
