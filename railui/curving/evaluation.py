@@ -111,7 +111,8 @@ def _notes(model: Model, equilibria: Equilibria, k: int, touching: list[bool] | 
         notes.append(f"no equilibrium found, forces of {equilibria.residual[k]:.3g} wheel loads are left over")
         return notes
     if any(touching) and "flange_contact" not in kinds:
-        notes.append("e is beyond the flange clearance and the design has no flange_contact: nothing holds it there")
+        beyond = "e is beyond the flange clearance and the design has no flange_contact"
+        notes.append(f"{beyond}: nothing holds the wheelset, these results are not credible; add the effect")
     shortfall = float(equilibria.shortfall[k])
     if abs(shortfall) > MIN_SHORTFALL * float(np.abs(equilibria.guiding_force[k]).max()):
         notes.append(f"guiding_force: without {shortfall:.4g} N in all that laws at rolling wheelsets add")

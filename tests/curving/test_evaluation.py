@@ -30,6 +30,11 @@ def stiff(c_x: float) -> Design:
     return CHECK.with_values({"vehicle.primary.longitudinal_stiffness": c_x})
 
 
+def test_linear_results_beyond_the_flange_are_called_not_credible() -> None:
+    assert any("not credible" in note for note in curve(CHECK, 10.0)["notes"])
+    assert not any("not credible" in note for note in curve(CHECK, 5000.0)["notes"])
+
+
 def test_without_yaw_stiffness_every_wheelset_rolls_radially() -> None:
     result = curve(stiff(1e-6), 600.0)
     b, r, lam = 0.75, 0.46, 0.18

@@ -21,6 +21,7 @@ HOME = Path(__file__).parents[2]
 BOGIE = HOME / "designs/test_bogie.yaml"
 V = 40.0  # m/s: sections of 100 m
 STEP = 0.1  # m
+QUASI_STATIC = "quasi-static acceleration of the carbody"
 WAGON = """
 name: wagon with two axles
 vehicle:
@@ -179,12 +180,23 @@ def test_the_regression_has_the_prediction_limit_of_the_textbook() -> None:
     line = stats.linregress(I, x)
     s_e = np.sqrt(np.sum((x - line.intercept - line.slope * I) ** 2) / 28)
     root = np.sqrt(1 + 1 / 30 + (0.165 - I.mean()) ** 2 / np.sum((I - I.mean()) ** 2))
-    expected = line.intercept + line.slope * 0.165 + stats.t.ppf(0.99, 28) * s_e * root
+    expected = line.intercept + line.slope * 0.165 + stats.t.ppf(0.995, 28) * s_e * root
     found = estimate_two_dimensional(x, I, 0.165, 0.99)
     assert found is not None and found.value == pytest.approx(expected, rel=1e-9)
     on_line = estimate_two_dimensional(x, I, 0.165, None)
     assert on_line is not None and on_line.value == pytest.approx(line.intercept + line.slope * 0.165, rel=1e-9)
     assert estimate_two_dimensional(x, np.full(30, 0.1), 0.165, 0.99) is None
+
+
+@pytest.mark.parametrize(("confidence", "factor"), [(0.99, 3.0), (0.95, 2.2)])
+def test_both_methods_agree_where_nothing_depends_on_the_cant_deficiency(confidence: float, factor: float) -> None:
+    """At the 25 sections of a zone; one-sided quantiles would give 85 and 80 % of the factors."""
+    I = np.linspace(0.1, 0.15, 25)  # noqa: E741
+    x = np.random.default_rng(3).normal(size=25)
+    x -= (x - x.mean()) @ (I - I.mean()) / ((I - I.mean()) @ (I - I.mean())) * (I - I.mean())
+    found = estimate_two_dimensional(x, I, float(I.mean()), confidence)
+    assert found is not None and found.value is not None
+    assert (found.value - x.mean()) / x.std(ddof=1) == pytest.approx(factor, rel=0.06)
 
 
 def test_a_target_of_the_cant_deficiency_extrapolates_curves(tmp_path: Path) -> None:
@@ -213,6 +225,40 @@ def test_cant_excess_is_no_deficiency_of_the_regression(tmp_path: Path, constant
     steady = of(result, "quasi-static guiding force", "wheelset 1, outer", 3)
     assert steady["method"] == "two-dimensional"
     assert steady["estimated"] == pytest.approx(constant + 15e3, rel=1e-3)
+
+
+@pytest.mark.parametrize(("use", "limit"), [("long_distance", 1.5), ("goods", 1.3)])
+def test_the_quasi_static_acceleration_of_goods_has_a_lower_limit(tmp_path: Path, use: str, limit: float) -> None:
+    s = np.arange(0.0, 600.0, STEP)
+    design = tmp_path / "design.yaml"
+    more = "rms_limit: 2.5 m/s^2, peak_limit: 9 m/s^2" if use == "goods" else "journey: 4 h"
+    design.write_text(
+        BOGIE.read_text().replace("use: long_distance, journey: 4 h, comfort_weight: 0.6", f"use: {use}, {more}")
+    )
+    columns = {
+        "ay_body [m/s^2]": 1.4 + 0.01 * np.sin(s),
+        "radius [m]": 1000 + 0 * s,
+        "cant_deficiency [m]": 0.1 + 0 * s,
+    }
+    found = of(evaluate_measured(write_run(tmp_path / "run.csv", s, columns), design), QUASI_STATIC, "ay_body", 2)
+    assert found["limit"] == limit and found["exceeded"] == (limit < 1.4)
+
+
+@pytest.mark.parametrize(
+    ("radius", "zone", "text"),
+    [
+        (580.0, 3, "zone 3: mean radius 580 m, not 450 to 550 m"),
+        (520.0, 3, ""),
+        (260.0, 4, "zone 4: mean radius 260 m, not 280 to 350 m"),
+        (340.0, 4, ""),
+    ],
+)
+def test_a_mean_radius_outside_that_of_its_zone_is_missing(tmp_path: Path, radius: float, zone: int, text: str) -> None:
+    s = np.arange(0.0, 600.0, STEP)
+    columns = {"Y1 [N]": 1e3 * np.sin(s), "radius [m]": radius + 0 * s, "cant_deficiency [m]": 0.1 + 0 * s}
+    result = evaluate_measured(write_run(tmp_path / "run.csv", s, columns), BOGIE)
+    assert result["zones"][zone - 1]["mean_radius"] == pytest.approx(radius)
+    assert [each for each in result["missing"] if "mean radius" in each] == ([text] if text else [])
 
 
 def test_zones_and_sections_leave_transitions_out() -> None:

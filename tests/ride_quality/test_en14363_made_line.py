@@ -89,12 +89,12 @@ class MadeLine:
 
 
 def prediction_limit(values: np.ndarray, deficiency: np.ndarray, confidence: float) -> float:
-    """Return the one-sided upper prediction limit of the regression at the target, as textbooks have it."""
+    """Return the upper end of the prediction interval of the regression at the target, as textbooks have it."""
     n, fit = len(values), stats.linregress(deficiency, values)
     residual = np.sqrt(np.sum((values - fit.intercept - fit.slope * deficiency) ** 2) / (n - 2))
     spread = np.sum((deficiency - deficiency.mean()) ** 2)
     root = np.sqrt(1 + 1 / n + (TARGET - deficiency.mean()) ** 2 / spread)
-    return float(fit.intercept + fit.slope * TARGET + stats.t.ppf(confidence, n - 2) * residual * root)
+    return float(fit.intercept + fit.slope * TARGET + stats.t.ppf(0.5 * (1 + confidence), n - 2) * residual * root)
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from railui.ride_quality.en14363.completeness import missing_parts
 from railui.ride_quality.en14363.estimation import (
     CONFIDENCE,
     FACTORS,
@@ -18,8 +19,6 @@ from railui.ride_quality.en14363.estimation import (
 )
 from railui.ride_quality.en14363.quantities import Signal, VehicleData, signals_of
 from railui.ride_quality.en14363.recording import (
-    BODY_COLUMN,
-    FRAME_COLUMN,
     Recording,
     read_recording,
     simulate_recording,
@@ -37,9 +36,6 @@ KEPT, EXCEEDED, INCOMPLETE = "lateral limits met", "limit exceeded", "incomplete
 DISCLAIMER: Final = "an evaluation by the rules of EN 14363, not an acceptance: see docs/en14363.md for their sources"
 STRAIGHT_NOTE: Final = "simulated: the track is straight, test zones 2 to 4 are missing"
 LATERAL_NOTE: Final = "vertical quantities (Q, vertical accelerations) are not evaluated: the limits are lateral"
-NO_BOGIE: Final = (
-    "the design has no bogie (a body with wheelsets `under` it that carries another body): 12 - m/5 unknown"
-)
 
 Sample = tuple[Zone, str, str]  # zone, quantity, place
 
@@ -172,7 +168,7 @@ def evaluate(
     zones = [_zone_result(zone, sections, samples, cant_deficiency, speed) for zone in ZONES]
     exceeded = [*failures]
     exceeded += [f"zone {z['zone']}: {q['text']}" for z in zones for q in z["quantities"] if q["exceeded"]]
-    missing = _missing(zones, recordings, vehicle)
+    missing = missing_parts(zones, recordings, vehicle)
     return {
         "standard": "EN 14363",
         "speed": speed,
@@ -268,25 +264,3 @@ def _estimate(sample: _Values, zone: Zone, target: float | None) -> Estimate:
 def _magnitude(estimate: Estimate) -> Estimate:
     value = None if estimate.value is None else abs(estimate.value)
     return replace(estimate, value=value, mean=abs(estimate.mean))
-
-
-def _missing(zones: Sequence[dict[str, Any]], recordings: Sequence[Recording], vehicle: VehicleData) -> list[str]:
-    """Return what a complete evaluation would need beyond these recordings."""
-    missing = [
-        f"zone {z['zone']}: {z['sections']} of {z['required']} sections" for z in zones if z["sections"] < z["required"]
-    ]
-    missing += [f"zone {z['zone']}: no value" for z in zones if z["sections"] and not z["quantities"]]
-    is_simplified = not any(piece.wheelsets for piece in recordings)
-    for what, column, is_needed in (
-        ("lateral acceleration of the carbody", BODY_COLUMN, True),
-        ("lateral acceleration of the bogie frame", FRAME_COLUMN, is_simplified),
-    ):
-        if is_needed and not any(piece.names(column) for piece in recordings):
-            missing.append(f"{what}: no signal")
-        elif column is FRAME_COLUMN and is_simplified and vehicle.bogie_mass is None:
-            missing.append(f"{what}: {NO_BOGIE}")
-    if is_simplified:
-        missing.append("guiding forces: the simplified method of accelerations was used")
-    elif not any(name.startswith("Q") for piece in recordings for name in piece.series):
-        missing.append("wheel loads Q: no Y/Q")
-    return missing

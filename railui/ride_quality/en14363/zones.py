@@ -20,7 +20,10 @@ SPEED_STEPS: Final = ((160.0 / 3.6, 100.0), (220.0 / 3.6, 250.0), (np.inf, 500.0
 
 @dataclass(frozen=True)
 class Zone:
-    """Test zone: radii [m] from `radius_from` to below `radius_to`, number of sections that a test needs."""
+    """Test zone: radii [m] from `radius_from` to below `radius_to`, number of sections that a test needs.
+
+    `mean_radius`: least and largest mean radius [m] of its sections.
+    """
 
     number: int
     caption: str
@@ -28,6 +31,7 @@ class Zone:
     radius_to: float
     required: int
     length: float | None = None
+    mean_radius: tuple[float, float] = (0.0, np.inf)
 
     def section_length(self, speed: float) -> float:
         """Return the length [m] of a section; on tangent track and in large radii it grows with the speed [m/s]."""
@@ -37,8 +41,8 @@ class Zone:
 ZONES: Final = (
     Zone(1, "tangent track and very large radii", TANGENT_RADIUS, np.inf, 25),
     Zone(2, "large radii, above 600 m", 600.0, TANGENT_RADIUS, 25),
-    Zone(3, "small radii, 400 to 600 m", 400.0, 600.0, 50, 100.0),
-    Zone(4, "very small radii, 250 to 400 m", 250.0, 400.0, 25, 70.0),
+    Zone(3, "small radii, 400 to 600 m", 400.0, 600.0, 50, 100.0, (450.0, 550.0)),
+    Zone(4, "very small radii, 250 to 400 m", 250.0, 400.0, 25, 70.0, (280.0, 350.0)),
 )
 
 
