@@ -23,7 +23,9 @@ SPANS = (30.0, 60.0, 90.0, 120.0, 165.0)  # days after the onset; a fault has it
 LIMIT = (
     "A limit by simulation, from a fleet of 12 vehicles in which a rubber spring of v02 loses 30 % in 120 days from "
     "2026-04-01 on (`criterion: linear_critical_speed, below: 60 m/s`): at the value the vehicle of its last run, "
-    "worn wheels included, becomes unstable at 60 m/s."
+    "worn wheels included, becomes unstable at 60 m/s; `change` is the mean over the runs since the onset of its own "
+    "row, later ones with more weight, against the level before that onset: after an alarm the vehicle is tested anew, "
+    "so that the rows do not add up to the 30 %."
 )
 
 
