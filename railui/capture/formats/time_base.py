@@ -197,6 +197,9 @@ def recording_from_columns(
     if clock_name is None:
         size = len(next(iter(columns.values())))
         return Recording(path.name, np.arange(size) / (rate or 1.0), dict(columns), dict(units), sources=(path,))
+    if abscissa == "s" and clock_name.lower() == "km" and not units.get(clock_name):
+        message, remedy = "has no unit, and would be taken as metres", f"write `{clock_name} [km]` in the header"
+        raise file_problem(path, message, remedy, clock_name)
     factor = axis_factor(path, clock_name, units.get(clock_name), "s" if abscissa == "t" else "m")
     valid = np.flatnonzero(np.isfinite(columns[clock_name]))
     notes = []

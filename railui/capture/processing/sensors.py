@@ -139,8 +139,16 @@ def motion_from_pulses(
 
 
 def column_noise(sensor_map: SensorMap, columns: Mapping[str, object]) -> dict[str, float]:
-    """Return the stated noise by column of a run; that of e_i may come from the sensors of both rails."""
+    """Return the stated noise by column of a run.
+
+    That of e_i and of yw may come from the sensors of both rails, that of phiw from a cross-level as a height.
+    """
     stated = dict(sensor_map.noise)
+    if "cross_level" in stated:
+        stated.setdefault("phiw", stated["cross_level"] / sensor_map.cross_level_base)
+    alignments = [x for x in (stated.get(f"alignment_{side}") for side in ("right", "left")) if x is not None]
+    if alignments:
+        stated.setdefault("yw", float(np.linalg.norm(alignments)) / len(alignments))
     for i in (1, 2):
         sides = [stated.get(f"e{i}_{side}") for side in ("right", "left")]
         known = [x for x in sides if x is not None]

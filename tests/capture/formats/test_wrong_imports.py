@@ -194,6 +194,16 @@ def test_the_unit_of_a_universal_file_s_time_counts(tmp_path: Path) -> None:
     assert np.allclose(recording.t, T / 1000, rtol=1e-9)
 
 
+def test_a_kilometrage_without_its_unit_is_not_taken_as_metres(tmp_path: Path) -> None:
+    rows = "".join(f"{12.3 + 0.00025 * i:.5f},{i % 7}\n" for i in range(50))
+    (tmp_path / "car.csv").write_text(f"km,yw [mm]\n{rows}")
+    with pytest.raises(FileProblems, match=r"car\.csv: km: has no unit, .*write `km \[km\]`"):
+        read_recordings(tmp_path / "car.csv")
+    (tmp_path / "car.csv").write_text(f"km [km],yw [mm]\n{rows}")
+    (recording,) = read_recordings(tmp_path / "car.csv")
+    assert recording.interval == pytest.approx(0.25)
+
+
 def test_an_import_does_not_write_into_the_recording(tmp_path: Path) -> None:
     path = tmp_path / "run_001.csv"
     text = "t [s],a [m/s^2]\n" + "".join(f"{0.01 * i:.2f},{i}\n" for i in range(50)) + "0.50,7"

@@ -91,6 +91,20 @@ def test_cross_level_in_an_angle_points_to_the_quantity_of_that_unit(tmp_path: P
         load_map(path)
 
 
+def test_the_noise_of_a_cross_level_and_of_alignments_is_that_of_the_track_columns(tmp_path: Path) -> None:
+    """0.03 mm over 1.5 m is 0.02 mrad; the mean of two rails of 0.03 and 0.04 mm has 0.025 mm."""
+    text = "speed: {channel: v}\nsensors:\n  alignment_right: {channel: r, noise: 0.03 mm}\n"
+    text += "  alignment_left: {channel: l, noise: 0.04 mm}\n  cross_level: {channel: c, noise: 0.03 mm}\n"
+    text += "  gauge: {channel: g, noise: 0.05 mm}\n  e1: {channel: e, noise: 0.05 mm}\n"
+    t = np.arange(round(30 * RATE)) / RATE
+    wave = np.sin(t)
+    columns = {"r": wave, "l": wave, "c": wave, "g": 0.1 * wave, "e": wave, "v": np.full(t.size, 40.0)}
+    recording = Recording("a", t, columns, {name: "mm" for name in columns} | {"v": "m/s"})
+    noise = build_measured_run(recording, load_map(write_map(tmp_path, text))).noise
+    expected = {"yw": 2.5e-5, "phiw": 2e-5, "gauge": 5e-5, "e1": 5e-5}
+    assert {name: noise[name] for name in expected} == pytest.approx(expected)
+
+
 def test_missing_channel_is_reported_with_the_nearest_name(tmp_path: Path) -> None:
     path = write_map(tmp_path, "sensors: {ay1: {channel: box1}, e1: {channel: way}}\n")
     recording = Recording("a", T, {"box_1": T, "way": T}, {"box_1": "m/s^2", "way": "kN"})
