@@ -19,6 +19,7 @@ from railui.ride_quality.comfort import fixed_transfer
 from railui.vehicle.design import Design
 from railui.vehicle.effects import Catalogue
 from railui.vehicle.reference import load_named_design
+from railui.vehicle.superseded import warn_of_superseded
 
 CONSTRAINT_PATTERN: Final = re.compile(r"\s*(\w+)\s*(>=|<=|>|<|==|=)?\s*(.*?)\s*\Z")
 TRACK_OPTION: Final = re.compile(r"[\w-]+=\S+\Z")
@@ -69,6 +70,7 @@ def load_study(
     _warn_of_fixed_transfer(
         design, variables, [*(each.key for each in objectives), *(each.key for each in constraints)], findings
     )
+    warn_of_superseded(design, [variable.path for variable in variables], findings, "variables.")
     return Study(
         name=model.name or source.stem,
         design=design,

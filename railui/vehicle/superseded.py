@@ -27,12 +27,18 @@ def superseded_paths(design: Design) -> dict[str, str]:
     return replaced
 
 
-def superseded_warnings(design: Design, paths: Iterable[str]) -> tuple[Problem, ...]:
-    """Return warnings on changed numbers that an effect of the design replaces by its own."""
-    findings, replaced = Findings("override"), superseded_paths(design)
+def warn_of_superseded(design: Design, paths: Iterable[str], findings: Findings, group: str = "") -> None:
+    """Warn of changes of numbers that an effect of the design replaces by its own; group: of the paths in the file."""
+    replaced = superseded_paths(design)
     for path in paths:
         if path in replaced:
             effect = design.effects[int(replaced[path].split(".")[1])]
             message = f"has no effect, the {effect.kind} at {effect.at} replaces it by its own"
-            findings.warn(path, message, f"change {replaced[path]}")
+            findings.warn(f"{group}{path}", message, f"change {replaced[path]}")
+
+
+def superseded_warnings(design: Design, paths: Iterable[str]) -> tuple[Problem, ...]:
+    """Return warnings on overrides that have no effect."""
+    findings = Findings("override")
+    warn_of_superseded(design, paths, findings)
     return findings.warnings()

@@ -52,6 +52,16 @@ def test_a_lateral_secondary_parameter_is_warned_of_where_comfort_does_not_follo
     assert not study(damping, *guidance).warnings and not study().warnings
 
 
+def test_a_variable_that_a_coach_mode_replaces_is_warned_of(study: Callable[..., Study], tmp_path: Path) -> None:
+    vehicle = tmp_path / "vehicle.yaml"
+    coach = "{kind: coach_mode, at: secondary_lateral, mass: 12000, stiffness: 2e5, damping: 3e4}"
+    vehicle.write_text(f"{vehicle.read_text()}\neffects:\n  - {coach}\n")
+    damping = ("vehicle.secondary.yaw_damping: [5e3, 200 kN*m*s/rad]", "vehicle.secondary.lateral_damping: [1e4, 1e5]")
+    (warning,) = [each for each in study(damping).warnings if "has no effect" in each.message]
+    assert warning.key == "variables.vehicle.secondary.lateral_damping" and warning.line == 2
+    assert warning.remedy == "change effects.0.damping"
+
+
 def test_a_study_is_read_in_si(study: Callable[..., Study]) -> None:
     read = study()
     assert [(v.path, v.lowest, v.highest, v.unit) for v in read.variables] == [
