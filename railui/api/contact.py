@@ -69,7 +69,8 @@ def analyse_contact(
     Returns
     -------
     dict
-        conicity, conicity_parameters, harmonic_parameters, creep (at the centre), creep_parameters (over the motion), flange_contact, two_point_contacts, notes and others.
+        conicity, conicity_parameters, harmonic_parameters, creep (at the centre), creep_parameters (over the motion),
+        flange_contact, two_point_contacts, notes and others.
 
     Raises
     ------
