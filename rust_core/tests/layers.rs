@@ -84,7 +84,7 @@ const OF_VEHICLE: [(&str, &[&str]); 7] = [
 ];
 /// Of each vehicle above.
 const MOST_FILES: usize = 11;
-const MOST_LINES: usize = 2021;
+const MOST_LINES: usize = 2012;
 
 /// Files and lines of a vehicle in the table of docs/kernel.md.
 fn documented(page: &str, vehicle: &str) -> Option<(usize, usize)> {

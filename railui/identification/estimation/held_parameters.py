@@ -21,8 +21,9 @@ from railui.parallel import map_threads
 
 REACH = np.sqrt(3.0)  # of the outer points of the quadrature, in standard deviations
 OUTER_WEIGHT = 1.0 / 6.0  # of each of the two outer points; the one in the middle has no spread
-TOLERANCE = 1e-5  # of the estimates at the outer points
-MAX_ITERATIONS = 10
+NEARER = (1.0, 0.5, 0.25)  # shares of that reach, tried in turn
+MAX_MISFIT_RISE = 0.005  # relative, of the estimates at an outer point: beyond, the data determine the parameter there
+TOLERANCE, MAX_ITERATIONS = 1e-3, 5  # of these estimates
 
 
 def with_spread_of_held_parameters(context: Context, fit: Fit) -> Fit:
@@ -30,7 +31,7 @@ def with_spread_of_held_parameters(context: Context, fit: Fit) -> Fit:
 
     At the outer points of a three-point Gauss-Hermite quadrature over such a parameter the others are estimated again.
     Their second moment about the estimate takes the place of the linear part of the covariance (Julier and Uhlmann,
-    Proc. SPIE 3068 (1997) 182). A point at which the vehicle diverges counts as the mirror image of the other.
+    Proc. SPIE 3068 (1997) 182). A point that cannot be reached counts as the mirror image of the other.
     """
     held = held_parameters(fit, context.settings.identifiability)
     background = context.in_background(1)
@@ -61,17 +62,20 @@ def held_parameters(fit: Fit, settings: IdentifiabilitySettings) -> list[int]:
 
 
 def _change_of_estimates(context: Context, fit: Fit, j: int, reach: float) -> FloatArray | None:
-    """Change [p] of all estimates with parameter j so many standard deviations off; None where the vehicle diverges.
+    """Change [p] of all estimates with parameter j so many standard deviations off; None where the misfit rises.
 
-    Where a bound of the parameter is nearer, the change up to there is extended in proportion.
+    Where a bound is nearer, or the misfit rises, the change up to a nearer point is extended in proportion.
     """
-    center = fit.least_squares
-    value = float(np.clip(center[j] + reach * fit.sd[j], fit.free.low[j], fit.free.high[j]))
-    share = (value - center[j]) / (reach * fit.sd[j])
-    if share <= 0.0:
-        return None
-    try:
-        refit = fit_with_parameter_fixed(context, fit, j, value, tolerance=TOLERANCE, max_iterations=MAX_ITERATIONS)
-    except SimulationError:
-        return None
-    return np.asarray((np.insert(refit.x, j, value) - center) / share)
+    center, sd = fit.least_squares, fit.sd[j]
+    for part in NEARER:
+        value = float(np.clip(center[j] + part * reach * sd, fit.free.low[j], fit.free.high[j]))
+        share = (value - center[j]) / (reach * sd)
+        if share <= 0.0:
+            return None
+        try:
+            refit = fit_with_parameter_fixed(context, fit, j, value, tolerance=TOLERANCE, max_iterations=MAX_ITERATIONS)
+        except SimulationError:  # the vehicle diverges
+            continue
+        if refit.normal.rss <= (1.0 + MAX_MISFIT_RISE) * fit.normal.rss:
+            return np.asarray((np.insert(refit.x, j, value) - center) / share)
+    return None

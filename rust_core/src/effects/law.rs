@@ -1,6 +1,5 @@
 //! Laws as the steps call them: what they are given and what they give, and the choice among those of the catalogue.
 use super::Law;
-use super::port::{Action, act_by};
 use crate::simd::{Lanes, Part};
 
 /// The prepared numbers of a part of the lanes.
@@ -140,23 +139,6 @@ macro_rules! steps {
     (force { $($(#[$condition:meta])* $f:ident::$force:ident $(= $default:literal)? $(| $choice:ident = $word:literal)*,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
      other { $($o:ident::$other:ident,)* }) => {
         impl Law {
-            /// F of a force, and x' of its own state into dx; other laws make none.
-            #[inline(always)]
-            pub fn force<P: Part>(self, p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P {
-                match self {
-                    $($(#[$condition])* Law::$force => <super::$f::$force as Force>::force(p, z, v, s, x, dx), $(Law::$choice => <super::$f::$choice as Force>::force(p, z, v, s, x, dx),)*)*
-                    _ => P::zero(),
-                }
-            }
-
-            /// What a port does whose force is this.
-            pub(super) fn action<P: Part>(self) -> Action<P> {
-                match self {
-                    $($(#[$condition])* Law::$force => act_by::<P, super::$f::$force>, $(Law::$choice => act_by::<P, super::$f::$choice>,)*)*
-                    _ => unreachable!("only forces act at ports"),
-                }
-            }
-
             /// F of a force at the contact of a wheelset, with the gauge deviation there.
             #[inline(always)]
             pub fn at_contact<P: Part>(self, p: Numbers<'_>, e: P, v: P, s: f64, gauge: f64) -> P {

@@ -59,6 +59,7 @@ use crate::error::Error;
 use crate::simd::{Dual, Lanes, Part, Portable};
 use effect::{Creep, Creeping, Effect, Force, Numbers, Record, Site, Slopes};
 pub use placed::PlacedLaw;
+use port::{Action, act_by};
 
 macro_rules! catalogue {
     (force { $($(#[$condition:meta])* $f:ident::$force:ident $(= $default:literal)? $(| $choice:ident = $word:literal)*,)* } creep { $($c:ident::$creep:ident,)* } rolling { $($r:ident::$roll:ident,)* }
@@ -150,6 +151,23 @@ macro_rules! catalogue {
                 match (self, word) {
                     $($((Law::$force, $default) => Ok(self),)? $((Law::$force, $word) => Ok(Law::$choice),)*)*
                     _ => Err(Error::Against { kind: self.record().key.into(), word: word.into() }),
+                }
+            }
+
+            /// F of a force, and x' of its own state into dx; other laws make none.
+            #[inline(always)]
+            pub fn force<P: Part>(self, p: Numbers<'_>, z: P, v: P, s: f64, x: P, dx: &mut P) -> P {
+                match self {
+                    $($(#[$condition])* Law::$force => <$f::$force as Force>::force(p, z, v, s, x, dx), $(Law::$choice => <$f::$choice as Force>::force(p, z, v, s, x, dx),)*)*
+                    _ => P::zero(),
+                }
+            }
+
+            /// What a port does whose force is this.
+            fn action<P: Part>(self) -> Action<P> {
+                match self {
+                    $($(#[$condition])* Law::$force => act_by::<P, $f::$force>, $(Law::$choice => act_by::<P, $f::$choice>,)*)*
+                    _ => unreachable!("only forces act at ports"),
                 }
             }
 
