@@ -70,6 +70,18 @@ def test_a_calibrated_model_that_diverges_counts_as_one_that_does_not_move():
     assert explained == Explained(pytest.approx((1.0 - 0.04) / (1.0 - 0.01)), None)
 
 
+def test_an_unknown_noise_floor_makes_the_share_a_lower_bound():
+    explained = explained_share(validation(0.05, 0.05), validation(0.02, 0.02), floor(float("nan"), float("nan")))
+    assert explained is not None and explained.value == pytest.approx((0.10 - 0.04) / 0.10)
+    assert explained.standard_error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_model_that_diverges_is_reduced_by_what_is_better_than_no_motion():
+    assert diverged().error_reduction(validation(0.02, 0.02)) == pytest.approx((0.96, 0.0))
+    assert diverged().error_reduction(validation(20.0, 5.0))[0] < 0.0  # no gain
+    assert validation(0.05, 0.05).error_reduction(diverged())[0] == -np.inf
+
+
 def test_nothing_is_known_where_the_final_model_diverges():
     assert explained_share(validation(0.05, 0.05), diverged(), floor(0.1)) is None
     assert remaining_ratio(validation(0.05, 0.05), diverged(), floor(0.1)) is None
