@@ -276,10 +276,11 @@ class ScreeningFits:
         )
 
     def _iterate(self, fit: Fit, max_iterations: int) -> Fit:
-        segments = adapt_to_model(self.context, fit.model, fit.segments, self.max_steps)
+        """Continue a fit; return it as it is where that makes it no better, diverges, or is too stiff by now."""
         tolerance = self.settings.screening_tolerance
         background = self.context.in_background(1)
         try:
+            segments = adapt_to_model(self.context, fit.model, fit.segments, self.max_steps)
             further = continue_fit(background, fit, segments, tolerance=tolerance, max_iterations=max_iterations)
         except SimulationError:
             return fit

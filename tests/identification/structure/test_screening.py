@@ -58,3 +58,12 @@ def test_a_clearance_of_a_rig_starts_from_a_stop_that_fits_better(tmp_path):
     screening._improve_clearance(fits)
     assert fits[play].normal.rss < 0.03 * screening.rss_without_effect
     assert fits[play].model.value("effects.0.half_width") == pytest.approx(1e-3, rel=0.05)
+
+
+def test_a_fit_that_has_become_too_stiff_is_left_as_it_is(tmp_path):
+    write(Bench(seconds=(3.0, 2.0), rate=500.0, seed=2), tmp_path)
+    context = create_context(read_dataset(load_campaign(tmp_path)), jobs=1)
+    fit = calibrate(context)
+    screening = ScreeningFits(context, fit)
+    stiff = replace(fit, model=fit.model.with_path_values(["vehicle.rig.stiffness"], np.array([1e15])))
+    assert screening._iterate(stiff, 2) is stiff
