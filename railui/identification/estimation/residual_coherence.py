@@ -55,14 +55,11 @@ class ResidualCoherence:
         By all simulated channels, which are free of sensor noise.
     others
         By the residuals of all other channels; zero where there are none.
-    power
-        Mean square of the residual in the band.
     """
 
     track: Share
     motions: Share
     others: Share
-    power: float
 
 
 def residual_coherence(context: Context, predictions: Sequence[Prediction]) -> dict[str, ResidualCoherence]:
@@ -104,7 +101,6 @@ class _ChannelSums:
     track: _Coherent | None
     motions: _Coherent | None
     others: _Coherent | None
-    power: float
 
 
 def _segment_sums(context: Context, prediction: Prediction) -> dict[str, _ChannelSums]:
@@ -118,11 +114,9 @@ def _segment_sums(context: Context, prediction: Prediction) -> dict[str, _Channe
     lines = spectra.transforms(residuals)
     track_lines, motion_lines = spectra.transforms(track), spectra.transforms(motions)
     by_track, by_motions = spectra.coherent(lines, track_lines), spectra.coherent(lines, motion_lines)
-    by_others, power = spectra.coherent_with_others(lines), np.mean(residuals**2, axis=1)
-    return {
-        name: _ChannelSums(by_track[i], by_motions[i], by_others[i], float(power[i]))
-        for i, name in enumerate(comparison.channels)
-    }
+    by_others = spectra.coherent_with_others(lines)
+    names = comparison.channels
+    return {name: _ChannelSums(by_track[i], by_motions[i], by_others[i]) for i, name in enumerate(names)}
 
 
 def track_inputs(context: Context, segment: Segment) -> FloatArray:
@@ -246,8 +240,7 @@ def _beyond_chance(
 
 def _combine(sums: Sequence[_ChannelSums]) -> ResidualCoherence:
     """Shares over all segments of a channel."""
-    track, motions, others = (_share([getattr(s, name) for s in sums]) for name in ("track", "motions", "others"))
-    return ResidualCoherence(track, motions, others, float(np.mean([s.power for s in sums])))
+    return ResidualCoherence(*(_share([getattr(s, name) for s in sums]) for name in ("track", "motions", "others")))
 
 
 def _share(parts: Sequence[_Coherent | None]) -> Share:

@@ -14,7 +14,7 @@ SETTINGS = VerdictSettings()
 
 
 def coherence(track: Share = NOTHING, motions: Share = NOTHING, others: Share = NOTHING) -> ResidualCoherence:
-    return ResidualCoherence(track, motions, others, 1.0)
+    return ResidualCoherence(track, motions, others)
 
 
 def test_a_residual_that_is_coherent_with_nothing_is_noise():
