@@ -30,7 +30,7 @@ from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.residual_evidence import NOT_EXAMINED, ResidualEvidence, examine_residual
 from railui.identification.estimation.track_noise import with_level_of_residual, with_track_noise
 from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
-from railui.identification.estimation.validation import Validation, is_worse_than_nominal, validate
+from railui.identification.estimation.validation import Validation, validate
 from railui.identification.events import ModelValidated
 from railui.identification.remainder import describe_remainder
 from railui.identification.result import LoopResult, run_independent_test, validate_final
@@ -420,4 +420,4 @@ def _base_of_parallel_models(context: Context, nominal: Validation) -> _Base:
     start = stable_start(context)
     fit = two_parallel_models(context, start, prepare_segments(context, start, context.dataset.estimation))
     validation = validate(context, fit.model, context.dataset.selection)
-    return _Base(fit, validation, None, is_worse_than_nominal(context, nominal, validation))
+    return _Base(fit, validation, None, has_failed(context, fit, nominal, validation))
