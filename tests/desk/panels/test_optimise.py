@@ -49,7 +49,7 @@ async def test_a_stopped_search_is_resumed(open_desk: OpenDesk, study: Path) -> 
     async with open_desk(study) as keys:
         panel = keys.desk.query_one(OptimisePanel)
         assert panel.plan is not None
-        panel.set_plan(replace(panel.plan, generations=80, track="erri_b176_low length=1500"))
+        panel.set_plan(replace(panel.plan, generations=40, track="erri_b176_low length=12000"))
         await keys.pilot.press("s")
         await keys.wait_until(lambda: len(panel.generations) >= 2)
         await keys.pilot.press("k")
@@ -60,7 +60,7 @@ async def test_a_stopped_search_is_resumed(open_desk: OpenDesk, study: Path) -> 
         first = panel.generations[0].objectives
         await keys.press("s")
         await keys.wait_until(lambda: panel.result is not None)
-        assert len(panel.generations) == 80 and (panel.generations[0].objectives == first).all()
+        assert len(panel.generations) == 40 and (panel.generations[0].objectives == first).all()
 
 
 async def test_the_default_plan_varies_the_design_in_the_form(open_desk: OpenDesk, bogie: Path) -> None:
