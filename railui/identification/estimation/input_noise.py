@@ -32,7 +32,7 @@ class InputNoiseSpectra:
 
 
 def input_noise_spectra(context: Context, model: Model, segment: Segment) -> InputNoiseSpectra | None:
-    """Simulate how a rig answers noise of its measured input; None: it has no such input, or the model diverges."""
+    """Simulate the response of a rig to noise of its measured input; None without an input, or where it diverges."""
     if not np.any(segment.columns.get(INPUT, 0.0)):
         return None
     names, campaign = compared_channels(segment), context.campaign
