@@ -1,4 +1,4 @@
-"""Header units of a rig that do not go together: a force in N beside a motion in mm, with the mass in kg."""
+"""Header units of a rig that do not go together: a force in N and a motion in mm, with the mass in kg."""
 
 from __future__ import annotations
 

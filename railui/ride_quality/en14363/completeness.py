@@ -1,4 +1,4 @@
-"""What a complete evaluation by the rules of EN 14363 needs beyond the recordings at hand."""
+"""Completeness of an evaluation by the rules of EN 14363: sections, mean radii, signals and quantities."""
 
 from __future__ import annotations
 

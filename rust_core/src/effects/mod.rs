@@ -163,7 +163,7 @@ macro_rules! catalogue {
                 }
             }
 
-            /// What a port does whose force is this.
+            /// The action of a port with this law.
             fn action<P: Part>(self) -> Action<P> {
                 match self {
                     $($(#[$condition])* Law::$force => act_by::<P, $f::$force>, $(Law::$choice => act_by::<P, $f::$choice>,)*)*
