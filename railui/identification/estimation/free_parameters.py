@@ -53,12 +53,16 @@ class FreeParameters:
         width = BOUND_WIDTH * self.size
         return np.asarray((x <= self.low + width) | (x >= self.high - width))
 
+    def take(self, indices: NDArray[np.intp], paths: Sequence[str] | None = None) -> FreeParameters:
+        """Return the parameters of some indices, which may repeat, under their own names or others."""
+        numbers = (self.low, self.high, self.size, self.prior, self.prior_sd)
+        low, high, size, prior, sd = (x[indices] for x in numbers)
+        names = [self.paths[j] for j in indices] if paths is None else paths
+        return FreeParameters(tuple(names), low, high, size, prior, sd, self.ratio[indices])
+
     def without_parameter(self, j: int) -> FreeParameters:
         """Return the same without the j-th parameter, which keeps its value."""
-        numbers = (self.low, self.high, self.size, self.prior, self.prior_sd)
-        low, high, size, prior, sd = (np.delete(x, j) for x in numbers)
-        paths = (*self.paths[:j], *self.paths[j + 1 :])
-        return FreeParameters(paths, low, high, size, prior, sd, np.delete(self.ratio, j))
+        return self.take(np.delete(np.arange(len(self.paths)), j))
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
-from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import truncate
 from railui.identification.structure.candidates import Candidate
@@ -106,7 +105,7 @@ class _GroupTest:
         assert design.structure is not None
         members = [design.structure.paths_of(path) for path in fit.free.paths]
         self.owner = np.repeat(np.arange(len(members)), [len(paths) for paths in members])
-        free = _repeated(fit.free, self.owner, tuple(path for paths in members for path in paths))
+        free = fit.free.take(self.owner, [path for paths in members for path in paths])
         segments = truncate(context, fit.segments, self.settings.score_duration)
         newton = GaussNewton(context, replace(fit.model, design=design), free, segments, block=fit.block)
         normal = newton.linearise(fit.x[self.owner])
@@ -115,8 +114,9 @@ class _GroupTest:
 
     def run(self, freed: Collection[str]) -> list[GroupDifference]:
         """Test every group but those freed, whose members are estimated one by one."""
-        base, prior_sd = self._base(freed)
-        projector = Projector(base @ self.products @ base.T, np.diag(self.variance / prior_sd**2))
+        base, owners = self._base(freed)
+        free, x = self.fit.free.take(owners), self.fit.x[owners]
+        projector = Projector(base @ self.products @ base.T, free, x, self.variance)
         lanes = [(path, row) for path in self.shared if path not in freed for row in self._contrasts(path)]
         rows = np.array([row for _, row in lanes])
         cross, norms = rows @ self.products @ base.T, np.einsum("lp,bpq,lq->bl", rows, self.products, rows)
@@ -134,8 +134,8 @@ class _GroupTest:
 
         return [self._difference(path, projector, base, p_of(path)) for path in self.shared if path not in freed]
 
-    def _base(self, freed: Collection[str]) -> tuple[FloatArray, FloatArray]:
-        """Residual and estimated parameters as sums [1 + p, 1 + member] of the members, with prior deviations [p]."""
+    def _base(self, freed: Collection[str]) -> tuple[FloatArray, NDArray[np.intp]]:
+        """Residual and parameters as sums [1 + p, 1 + member] of the members, with their indices [p] in the fit."""
         paths = self.fit.free.paths
         groups = [[i] for i, j in enumerate(self.owner) if paths[j] in freed]
         groups += [list(np.flatnonzero(self.owner == j)) for j, path in enumerate(paths) if path not in freed]
@@ -143,7 +143,7 @@ class _GroupTest:
         base[0, 0] = 1.0
         for row, group in enumerate(groups, 1):
             base[row, 1 + np.array(group)] = 1.0
-        return base, np.array([self.fit.free.prior_sd[self.owner[group[0]]] for group in groups])
+        return base, self.owner[[group[0] for group in groups]]
 
     def _members(self, path: str) -> FloatArray:
         """Rows [member, 1 + all members] of one member of a group each."""
@@ -180,10 +180,3 @@ class _GroupTest:
         return GroupDifference(
             path, self.shared[path], tuple(differences.tolist()), float(np.sqrt(min(rho2, 1.0))), p, is_heterogeneous
         )
-
-
-def _repeated(free: FreeParameters, owner: NDArray[np.intp], paths: tuple[str, ...]) -> FreeParameters:
-    """Return the free parameters of the members, each with the bounds and priors of its group."""
-    numbers = (free.low, free.high, free.size, free.prior, free.prior_sd)
-    low, high, size, prior, sd = (x[owner] for x in numbers)
-    return FreeParameters(paths, low, high, size, prior, sd, free.ratio[owner])

@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from railui.arrays import FloatArray
+from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
+
+HELD_PRECISION = 1e6  # of a parameter held on its bound, in its own information
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,18 +52,29 @@ class ProjectedScores:
 class Projector:
     """Projection that removes the part which the estimated parameters absorb.
 
+    A parameter that the residual presses against its bound absorbs nothing.
+
     Parameters
     ----------
     inner
         Inner products [block, 1 + p, 1 + p] of the residual and the p sensitivities in blocks of time.
-    precision
-        Precision [p, p] of the priors, on the scale of the inner products.
+    free
+        The p parameters.
+    x
+        Their estimates [p].
+    variance
+        Variance of the residual, which gives the priors the scale of the inner products.
     """
 
-    def __init__(self, inner: FloatArray, precision: FloatArray) -> None:
+    def __init__(self, inner: FloatArray, free: FreeParameters, x: FloatArray, variance: float) -> None:
         self.block_products = inner
         gram = inner.sum(axis=0)
-        self.normal_matrix, self.residual_products = gram[1:, 1:] + precision, gram[1:, 0]
+        self.residual_products = gram[1:, 0]
+        information = np.diag(gram)[1:]
+        outwards = np.where(x - free.low < free.high - x, -1.0, 1.0)
+        is_held = free.are_on_bound(x) & (outwards * self.residual_products > 0.0)
+        precision = variance / free.prior_sd**2 + np.where(is_held, HELD_PRECISION * information, 0.0)
+        self.normal_matrix = gram[1:, 1:] + np.diag(precision)
         scale = 1.0 / np.sqrt(np.maximum(np.diag(self.normal_matrix), 1e-300))
         self.inverse = linalg.pinvh(self.normal_matrix * np.outer(scale, scale), rtol=1e-10) * np.outer(scale, scale)
         self.estimate = self.inverse @ self.residual_products

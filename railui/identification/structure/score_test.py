@@ -29,8 +29,6 @@ from railui.identification.structure.projection import ProjectedScores, Projecto
 from railui.parallel import map_threads
 from railui.vehicle.model import RADIUS, Model, wrap_angle
 
-HELD_PRECISION = 1e6  # of a parameter on its bound, in its own information
-
 
 @dataclass(frozen=True, eq=False)
 class ScoreTestResult:
@@ -78,7 +76,7 @@ class ScoreTest:
         inner = np.concatenate([b.blocks @ b.blocks.transpose(0, 2, 1) for b in self.bases])  # [block, 1 + p, 1 + p]
         samples = sum(t.measured.size for t in ready)
         variance = residual_variance(inner.sum(axis=0)[0, 0], samples, calibration.independent_sample_share)
-        self.projector = Projector(inner, _precision(fit, inner.sum(axis=0), variance))
+        self.projector = Projector(inner, fit.free, fit.x, variance)
         self.block_count = sum(len(b.blocks) for b in self.bases)
 
     def run(self, candidates: Sequence[Candidate]) -> tuple[ScoreResult, ...]:
@@ -239,16 +237,3 @@ def _is_linear(candidates: CandidateBatch) -> bool:
 
 def _adds_body(candidates: CandidateBatch) -> bool:
     return adds_body(candidates.members[0].kind)
-
-
-def _precision(fit: Fit, gram: FloatArray, variance: float) -> FloatArray:
-    """Precision [p, p] of the priors on the scale of the products [1 + p, 1 + p] of the residual and sensitivities.
-
-    A parameter that the residual presses against its bound absorbs nothing: it is held there.
-    """
-    free, x = fit.free, fit.x
-    precision = variance / free.prior_sd**2
-    outwards = np.where(x - free.low < free.high - x, -1.0, 1.0)
-    is_held = free.are_on_bound(x) & (outwards * gram[1:, 0] > 0.0)
-    precision[is_held] += HELD_PRECISION * np.diag(gram)[1:][is_held]
-    return np.diag(precision)

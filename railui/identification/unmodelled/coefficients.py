@@ -93,7 +93,7 @@ def estimate_coefficients(context: Context, fit: Fit) -> list[Coefficient]:
     gram = np.concatenate(grams)
     parameters = 1 + len(fit.x)
     own, added = slice(0, parameters), slice(parameters, None)
-    projector = Projector(gram[:, own, own], np.diag(fit.normal.variance / fit.free.prior_sd**2))
+    projector = Projector(gram[:, own, own], fit.free, fit.x, fit.normal.variance)
     norms = np.einsum("bii->bi", gram)[:, added]
     scores = projector.project(gram[:, added, own], norms, context.settings.score_test.min_remaining_share)
     coefficients = []

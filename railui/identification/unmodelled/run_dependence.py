@@ -174,7 +174,7 @@ class _RunScores:
         inner = np.concatenate([fit.normal.gram.sum(axis=1), *(into.T @ g @ into for g in self.grams)])
         samples = fit.normal.samples + sum(t.measured.size for t in self.segments)
         variance = residual_variance(inner.sum(axis=0)[0, 0], samples, fit.normal.independent_share)
-        projector = Projector(inner, np.diag(variance / fit.free.prior_sd**2))
+        projector = Projector(inner, fit.free, fit.x, variance)
         shifts = [
             Shift(path, "", None, ratios=tuple(ratios.items()), run=run)
             for path, ratios in self._parameter_groups()
