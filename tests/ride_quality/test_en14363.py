@@ -11,10 +11,11 @@ from scipy import stats
 from railui.documents.check import check
 from railui.io.problems import FileProblems
 from railui.io.series_file import write_series
+from railui.io.units import read_speed
 from railui.ride_quality.en14363.estimation import estimate_one_dimensional, estimate_two_dimensional
 from railui.ride_quality.en14363.evaluation import evaluate_measured, evaluate_simulated
 from railui.ride_quality.en14363.quantities import sliding_means
-from railui.ride_quality.en14363.zones import cut_sections, zone_numbers
+from railui.ride_quality.en14363.zones import ZONES, cut_sections, zone_numbers
 from tests.cli.runner import document, run
 
 HOME = Path(__file__).parents[2]
@@ -282,6 +283,52 @@ def test_transitions_of_tangent_track_and_of_very_large_radii_are_in_no_section_
         sections = cut_sections(s, curve + noise * rng.normal(size=s.size), 60.0 * curve, V)
         assert [x.zone.number for x in sections] == [1] * 8
         assert all(x.end <= 520.0 or x.start >= 700.0 for x in sections)
+
+
+def test_no_section_crosses_the_inner_part_of_a_compound_curve() -> None:
+    """300 m of R 500, a transition of 40 m, 140 m of R 430, another, 320 m of R 500: 3 + 3 sections of R 500."""
+    s = np.arange(0.0, 840.0, 0.1)
+    curvature = np.interp(s, [0, 300, 340, 480, 520, 840], [1 / 500, 1 / 500, 1 / 430, 1 / 430, 1 / 500, 1 / 500])
+    sections = cut_sections(s, curvature, 0.1 + 0 * s, V)
+    assert len(sections) == 6 and all(x.end <= 330.0 or x.start >= 490.0 for x in sections)
+    assert [x.curvature for x in sections] == pytest.approx([1 / 500] * 6, rel=0.05)
+
+
+@pytest.mark.parametrize(("speed", "length"), [("219 km/h", 250.0), ("220 km/h", 250.0), ("160 km/h", 100.0)])
+def test_the_length_of_a_section_is_that_up_to_and_including_the_speed(speed: str, length: float) -> None:
+    assert ZONES[0].section_length(read_speed(speed)) == length
+    assert ZONES[0].section_length(1.001 * 220.0 / 3.6) == 500.0
+
+
+def test_one_sample_of_the_speed_does_not_change_the_sections(tmp_path: Path) -> None:
+    s = np.arange(0.0, 2000.0, STEP)
+    speed = np.full(s.size, V)
+    speed[s.size // 2] = 44.6
+    table = np.column_stack([s / V, s, speed, np.sin(0.1 * s)])
+    path = tmp_path / "run.csv"
+    np.savetxt(path, table, delimiter=",", header="t [s],s [m],v [m/s],ayf [m/s^2]", comments="", fmt="%.12g")
+    assert evaluate_measured(path, BOGIE)["zones"][0]["sections"] == 20
+
+
+@pytest.mark.parametrize("hand", [1.0, -1.0])
+@pytest.mark.parametrize("deficiency", [0.13, -0.13])
+def test_a_low_passed_acceleration_counts_in_curves_on_the_side_of_its_quasi_static_part(
+    tmp_path: Path, hand: float, deficiency: float
+) -> None:
+    """0.85 m/s^2 to the centre, or from it with a cant excess, and sines of 0.5: 1.35 in every section, not -0.35."""
+    s = np.arange(0.0, 1000.0, STEP)
+    x = np.sign(deficiency) * hand * 0.85 + 0.5 * np.sin(2 * np.pi * s / V)
+    columns = {"ay_body [m/s^2]": x, "ayf [m/s^2]": x, "curvature [1/m]": hand / 500 + 0 * s}
+    columns |= {"cant_deficiency [m]": deficiency + 0 * s}
+    result = evaluate_measured(write_run(tmp_path / "run.csv", s, columns), BOGIE)
+    for quantity, place in (
+        ("acceleration of the carbody, to 6 Hz", "ay_body"),
+        ("acceleration of the bogie frame", "ayf"),
+    ):
+        found = of(result, quantity, place, 3)
+        assert found["values"] == 10 and found["estimated"] == pytest.approx(1.35, rel=0.02)
+    both = of(result, "acceleration of the carbody", "ay_body", 3)
+    assert both["values"] == 20 and both["mean"] == pytest.approx(0.5, rel=0.05)
 
 
 def test_sliding_means_bear_a_varying_spacing() -> None:

@@ -34,6 +34,7 @@ from railui.vehicle.resolve import ModelSource, resolve_model
 
 KEPT, EXCEEDED, INCOMPLETE = "lateral limits met", "limit exceeded", "incomplete"
 DISCLAIMER: Final = "an evaluation by the rules of EN 14363, not an acceptance: see docs/en14363.md for their sources"
+SPEED_PERCENTILE: Final = 99.0  # of the speed, which selects the length of the sections
 STRAIGHT_NOTE: Final = "simulated: the track is straight, test zones 2 to 4 are missing"
 LATERAL_NOTE: Final = "vertical quantities (Q, vertical accelerations) are not evaluated: the limits are lateral"
 
@@ -157,7 +158,8 @@ def evaluate(
 
     failures: reasons for "limit exceeded" beyond the limits; speed: the least that the section lengths are for [m/s].
     """
-    speed = max([speed, *(float(piece.v.max()) for piece in recordings)])
+    if recordings:  # single samples are no speed that was run at
+        speed = max(speed, float(np.percentile(np.concatenate([piece.v for piece in recordings]), SPEED_PERCENTILE)))
     samples: dict[Sample, _Values] = {}
     sections: list[Section] = []
     for piece in recordings:

@@ -17,8 +17,9 @@ from railui.ride_quality.guiding_forces import HALF_BANDWIDTH, MAX_BAND_SHARE, M
 from railui.ride_quality.safety_limits import INSTABILITY_SHARE, QUOTIENT_LIMIT, force_limit
 
 Side = Literal["right", "left", ""]
-Kind = Literal["extremes", "outward", "rms", "median", "largest"]
+Kind = Literal["extremes", "extreme of the curve", "outward", "rms", "median", "largest"]
 
+IN_CURVE: Final = "extreme of the curve"
 STEP: Final = 0.5  # m between two sliding means
 MEAN_LENGTH: Final = 2.0  # m
 LOWEST, HIGHEST = 0.15, 99.85  # %
@@ -58,9 +59,10 @@ class Signal:
     s, x : FloatArray
         Distance [m] and values [location].
     kind : str
-        "extremes": 0.15 % and 99.85 % of a signal positive to the right, in curves outward; "outward": 99.85 % of
-        a wheel, in curves the outer one; "rms"; "median": in curves, of the outer wheel, or of a body with its
-        sign reversed in left-hand ones; "largest".
+        "extremes": 0.15 % and 99.85 % of a signal positive to the right; "extreme of the curve": the same on tangent
+        track, in curves that on the side of the quasi-static part; "outward": 99.85 % of a wheel, in curves the outer
+        one; "rms"; "median": in curves, of the outer wheel, or of a body with its sign reversed in left-hand ones;
+        "largest".
     limits : dict
         Limit by number of the zone.
     side : str
@@ -100,9 +102,18 @@ class Signal:
         if self.kind == "outward":
             return [float(np.percentile(x, HIGHEST))]
         low, high = np.percentile(x, [LOWEST, HIGHEST])
-        if direction and self.unit == "N":  # forces point outward in curves, to the left in right-hand ones
-            return [float(-low if direction > 0 else high)]
+        if direction and self.kind == "extreme of the curve":
+            return [float(high if self._quasi_static_sign(section) > 0 else -low)]
         return [float(-low), float(high)]
+
+    def _quasi_static_sign(self, section: Section) -> float:
+        """Return the sign of the quasi-static part in a curve: guiding forces point outward, in a right-hand one left.
+
+        An accelerometer feels the cant deficiency towards the centre, and a cant excess away from it.
+        """
+        if self.unit == "N":
+            return float(-np.sign(section.curvature))
+        return float(np.sign(section.curvature) * (1.0 if section.cant_deficiency >= 0.0 else -1.0))
 
 
 def filtered(x: FloatArray, rate: float, low: float | None, high: float) -> FloatArray:
@@ -165,7 +176,7 @@ def _force_signals(recording: Recording, vehicle: VehicleData) -> Iterator[Signa
         if total is not None:
             at, mean = sliding_means(s, filtered(total, rate, None, FORCE_BAND))
             limits = dict.fromkeys(range(1, 5), limit)
-            yield Signal("sum of guiding forces", place, "running safety", "N", at, mean, "extremes", limits)
+            yield Signal("sum of guiding forces", place, "running safety", "N", at, mean, IN_CURVE, limits)
             yield from _running_rms(recording, total, "rms of the sum of guiding forces", place, "N", limit)
         sides: tuple[tuple[Side, float], ...] = (("right", 1.0), ("left", -1.0))
         for side, sign in sides:
@@ -211,7 +222,7 @@ def _body_signals(recording: Recording, vehicle: VehicleData, *, is_simplified: 
         yield Signal(f"quasi-static {caption}", name, "quasi-static", unit, s, slow, "median", limits)
         if is_simplified:
             safe = filtered(recording.series[name], rate, None, BODY_SAFETY_BAND)
-            yield Signal(f"{caption}, to 6 Hz", name, "running safety", unit, s, safe, "extremes", BODY_SAFETY)
+            yield Signal(f"{caption}, to 6 Hz", name, "running safety", unit, s, safe, IN_CURVE, BODY_SAFETY)
 
 
 def _frame_signals(recording: Recording, vehicle: VehicleData) -> Iterator[Signal]:
@@ -223,7 +234,7 @@ def _frame_signals(recording: Recording, vehicle: VehicleData) -> Iterator[Signa
         x = recording.series[name]
         low = filtered(x, recording.rate, None, FRAME_BAND)
         caption, limits = "acceleration of the bogie frame", dict.fromkeys(range(1, 5), limit)
-        yield Signal(caption, name, "running safety", "m/s^2", recording.s, low, "extremes", limits)
+        yield Signal(caption, name, "running safety", "m/s^2", recording.s, low, IN_CURVE, limits)
         yield from _running_rms(recording, x, f"rms {caption}", name, "m/s^2", limit)
 
 

@@ -16,6 +16,7 @@ TANGENT_RADIUS: Final = 10e3  # m above which a track is tangent at any cant def
 CURVATURE_TOLERANCE: Final = 0.10  # of the median of a curve, beyond which a location is in its transition
 NOISE_LENGTH: Final = 20.0  # m of the running median of curvature and cant deficiency: shorter than a transition
 SPEED_STEPS: Final = ((160.0 / 3.6, 100.0), (220.0 / 3.6, 250.0), (np.inf, 500.0))  # up to a speed [m/s]: length [m]
+ROUNDING: Final = 1e-9  # of a speed in km/h that is converted to m/s
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class Zone:
 
     def section_length(self, speed: float) -> float:
         """Return the length [m] of a section; on tangent track and in large radii it grows with the speed [m/s]."""
-        return self.length or next(length for limit, length in SPEED_STEPS if speed <= limit)
+        return self.length or next(length for limit, length in SPEED_STEPS if speed <= limit * (1.0 + ROUNDING))
 
 
 ZONES: Final = (
@@ -77,9 +78,9 @@ def zone_numbers(curvature: FloatArray, cant_deficiency: FloatArray) -> NDArray[
 def cut_sections(s: FloatArray, curvature: FloatArray, cant_deficiency: FloatArray, speed: float) -> list[Section]:
     """Cut a line s [n] m into sections of the length of their zone at a speed [m/s].
 
-    A section lies in one zone, on tangent track or in a curve between its transitions, in zone 1 as in the others;
-    what is shorter than a section is left out. Running medians of curvature and cant deficiency over 20 m decide,
-    which keep jumps and pass over the noise of a recording.
+    A section lies in one zone, on tangent track or in a curve between its transitions, in zone 1 as in the others,
+    and does not cross a transition; what is shorter than a section is left out. Running medians of curvature and cant
+    deficiency over 20 m decide, which keep jumps and pass over the noise of a recording.
     """
     spacing = float(np.median(np.diff(s)))
     bend, excess = (_running_median(x, spacing) for x in (curvature, cant_deficiency))
@@ -97,12 +98,13 @@ def cut_sections(s: FloatArray, curvature: FloatArray, cant_deficiency: FloatArr
             middle = np.median(bend[inside])
             inside = inside[np.abs(bend[inside] - middle) <= CURVATURE_TOLERANCE * abs(middle)]
         length = zone.section_length(speed)
-        ends = s[inside[-1]] + spacing
-        for k in range(int((ends - s[inside[0]]) / length + 1e-6)):
-            a = s[inside[0]] + k * length
-            here = inside[(s[inside] >= a) & (s[inside] < a + length)]
-            means = float(curvature[here].mean()), float(cant_deficiency[here].mean())
-            sections.append(Section(zone, float(a), float(a + length), *means))
+        for part in np.split(inside, np.flatnonzero(np.diff(s[inside]) > NOISE_LENGTH) + 1):
+            begin, end = s[part[0]], s[part[-1]] + spacing
+            for k in range(int((end - begin) / length + 1e-6)):
+                a = begin + k * length
+                here = (s >= a) & (s < a + length)
+                means = float(curvature[here].mean()), float(cant_deficiency[here].mean())
+                sections.append(Section(zone, float(a), float(a + length), *means))
     return sections
 
 
