@@ -144,9 +144,11 @@ def _show(call: Invocation, document: Mapping[str, Any]) -> None:
 
 
 def _alarm_table(document: Mapping[str, Any]) -> Table:
+    from railui.report.fleet.alarm_texts import limit_day
+
     rows = []
     for a in document["alarms"]:
-        onset, limit = a["onset"], a["limit"]
+        onset = a["onset"]
         rows.append(
             (
                 a["raised"],
@@ -155,7 +157,7 @@ def _alarm_table(document: Mapping[str, Any]) -> Table:
                 a["quantity"],
                 _change(a),
                 "-" if onset is None else onset["day"],
-                "-" if limit is None else limit["day"] or "not reached",
+                limit_day(a["limit"]),
             )
         )
     return make_table(

@@ -111,13 +111,13 @@ def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray) -> Course | None:
     )
 
 
-def arrival(course: Course, distance: float, seed: int = 0) -> Arrival:
-    """Day at which a change has grown to a size, if it goes on as it has.
+def arrival(course: Course, low: float, high: float, seed: int = 0) -> Arrival:
+    """Day at which a change has grown to a limit, if it goes on as it has.
 
     Parameters
     ----------
-    distance
-        Change from the expected value at which the limit is reached; its sign counts.
+    low, high
+        Changes from the expected value at which a limit is reached, negative and positive; infinite without one.
 
     Notes
     -----
@@ -127,6 +127,7 @@ def arrival(course: Course, distance: float, seed: int = 0) -> Arrival:
     at = rng.choice(len(course.onsets), size=DRAWS, p=course.weights)
     rates = course.rates[at] + course.rate_sds[at] * rng.standard_normal(DRAWS)
     with np.errstate(divide="ignore"):
-        days = np.where(rates * distance > 0.0, course.onsets[at] + distance / rates, np.inf)
+        durations = np.where(rates > 0.0, high / rates, np.where(rates < 0.0, low / rates, np.inf))
+    days = course.onsets[at] + durations
     low, middle, high = np.quantile(days, [0.05, 0.5, 0.95], method="nearest")
     return Arrival(float(middle), float(low), float(high), float(np.mean(np.isfinite(days))))

@@ -14,9 +14,9 @@ from railui.fleet.alarm import Alarm, explain_alarm
 from railui.fleet.block_means import BlockMeans
 from railui.fleet.course import Arrival, Course, arrival
 from railui.fleet.cusum import DAYS_PER_MONTH
-from railui.fleet.fleet_file import Fleet, VehicleType
+from railui.fleet.fleet_file import Fleet, Limit, VehicleType
 from railui.fleet.history import Monitor
-from railui.fleet.limits import critical_value
+from railui.fleet.limits import Margin, margin_of_criterion, margin_of_value
 from railui.fleet.mixed_model import MixedModel
 from railui.fleet.monitor import monitor_fleet
 from railui.fleet.observations import PARAMETER, Observations, Quantity, read_observations
@@ -27,7 +27,7 @@ from railui.vehicle.design import Design
 from railui.vehicle.model import Model
 
 FIXED_NAMES: Final = ("temperature", "load", "use")
-NEVER: Final = Arrival(math.inf, math.inf, math.inf, 0.0)
+BEFORE: Final = Arrival(-math.inf, -math.inf, -math.inf, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,20 +164,25 @@ def _limit_row(fleet: Fleet, state: TypeState, alarm: Alarm, is_date: bool) -> d
         return None
     expected = _expected_value(state, alarm)
     scale = state.data.quantities[alarm.index].scale
-    reached: list[tuple[dict[str, Any], Arrival]] = []
+    reached: list[tuple[Limit, Margin, Arrival]] = []
     for limit in limits:
-        value: float | None = limit.value
-        if limit.criterion is not None:
-            value = critical_value(_present_design(fleet, state, alarm), limit, expected)
-        row = {"parameter": limit.parameter, "criterion": limit.criterion, "limit": limit.value, "value": value}
-        at = NEVER if value is None else arrival(alarm.course, (value - expected) / scale)
-        reached.append((row, at))
-    row, first = min(reached, key=lambda pair: (pair[1].day, -pair[1].probability))
+        if limit.criterion is None:
+            margin = margin_of_value(limit, expected)
+        else:
+            margin = margin_of_criterion(_present_design(fleet, state, alarm), limit, expected)
+        low, high = sorted((value - expected) / scale for value in (margin.low, margin.high))
+        reached.append((limit, margin, BEFORE if margin.is_exceeded else arrival(alarm.course, low, high)))
+    limit, margin, first = min(reached, key=lambda each: (each[2].day, -each[2].probability))
+    value = margin.value_towards(alarm.course.rate * scale)
     days = {"day": first.day, "low": first.low, "high": first.high}
     return {
-        **row,
+        "parameter": limit.parameter,
+        "criterion": limit.criterion,
+        "limit": limit.value,
+        "value": limit.value if limit.criterion is None else value,
+        "exceeded_before": margin.is_exceeded,
         **{name: time_text(day, is_date) if math.isfinite(day) else None for name, day in days.items()},
-        "probability": None if row["value"] is None else first.probability,
+        "probability": first.probability,
     }
 
 

@@ -28,6 +28,7 @@ from railui.fleet.status import TypeState, alarm_row, assess_fleet, fleet_docume
 from railui.fleet.store import FleetStore
 from railui.fleet.summary import RunSummary
 from railui.io.problems import FileProblems
+from railui.report.fleet.alarm_texts import alarm_texts
 from railui.vehicle.design import Adjustment
 from railui.vehicle.effects import PlacedEffect
 from tests.cli.runner import run as run_cli
@@ -257,6 +258,20 @@ def test_the_limit_that_is_reached_first_is_reported(home: Path, store: FleetSto
         row = alarm_row(replace(fleet, limits=limits), state, _softening(state, 3.0, rate), {}, is_date=False)
         assert row["limit"]["limit"] == limit
         assert 3.0 < float(row["limit"]["day"]) < 80.0
+
+
+@pytest.mark.parametrize("rate", [-0.01, 0.01])
+def test_a_limit_exceeded_before_the_onset_is_reported_as_such(home: Path, store: FleetStore, rate: float) -> None:
+    """Also where the parameter returns towards its limit, and before another limit that is reached later."""
+    fleet = load_fleet(home)
+    (state,) = assess_fleet(fleet, store)
+    path = "vehicle.rig.stiffness"
+    limits = (Limit(path, 50e3, True), Limit(path, 75e3, True), Limit(path, 90e3, False))
+    row = alarm_row(replace(fleet, limits=limits), state, _softening(state, 3.0, rate), {}, is_date=False)
+    limit = row["limit"]
+    assert limit["limit"] == limit["value"] == 75e3 and limit["exceeded_before"]
+    assert (limit["day"], limit["low"], limit["high"], limit["probability"]) == (None, None, None, 1.0)
+    assert alarm_texts(row)["limit"] == f"{path} 75000: exceeded before the onset"
 
 
 def test_days_after_the_tenth_year_are_numbers_where_the_runs_have_numbers(home: Path, store: FleetStore) -> None:

@@ -73,10 +73,10 @@ def test_onset_rate_and_arrival_of_a_ramp() -> None:
     assert course is not None
     assert course.onset_low <= 90.0 <= course.onset_high
     assert course.rate == pytest.approx(-1e-3, abs=3.0 * course.rate_sd)
-    reached = arrival(course, -0.2)
+    reached = arrival(course, -0.2, np.inf)
     assert reached.low <= 290.0 <= reached.high
     assert reached.probability > 0.99
-    assert not np.isfinite(arrival(course, 0.2).day)
+    assert not np.isfinite(arrival(course, -np.inf, 0.2).day)
 
 
 def test_two_values_are_no_course() -> None:

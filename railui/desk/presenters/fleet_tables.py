@@ -11,6 +11,7 @@ from railui.desk.presenters.loop_text import short_path
 from railui.desk.widgets.table import Column
 from railui.fleet.block_means import BlockMeans
 from railui.fleet.schema import read_time
+from railui.report.fleet.alarm_texts import limit_day
 from railui.report.numbers import DASH
 
 LEVELS: Final = (0.5, 0.75, 1.0)  # of a sum over its threshold, from which a cell is shaded; 1: an alarm
@@ -61,7 +62,7 @@ def alarm_columns(alarms: Alarms) -> list[Column]:
         return []
     raised = tuple(row["raised"] for row in alarms)
     changes = tuple(np.nan if row["change"] is None else float(row["change"]) for row in alarms)
-    limits = tuple(_limit_day(row) for row in alarms)
+    limits = tuple(limit_day(row["limit"]) for row in alarms)
     columns = [Column(("raised",), ("raised",), raised, tuple(map(read_time, raised)), is_text=True)]
     for key in ("vehicle", "verdict", "quantity"):
         cells = tuple(row[key] for row in alarms)
@@ -80,14 +81,11 @@ def change_text(alarm: Mapping[str, Any]) -> str:
     return DASH if alarm["change"] is None else f"{alarm['change']:+.3g}"
 
 
-def _limit_day(alarm: Mapping[str, Any]) -> str:
-    limit = alarm["limit"]
-    return DASH if limit is None else limit["day"] or "not reached"
-
-
 def _limit_time(alarm: Mapping[str, Any]) -> float:
     """Return the day on which a limit is reached as a number: infinite where never, NaN without a limit."""
     limit = alarm["limit"]
+    if limit is not None and limit.get("exceeded_before"):
+        return -np.inf
     return np.nan if limit is None else read_time(limit["day"]) if limit["day"] else np.inf
 
 

@@ -34,9 +34,17 @@ def alarm_texts(row: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
+def limit_day(limit: Mapping[str, Any] | None) -> str:
+    """Return the day on which a limit is reached, as text."""
+    if limit is None:
+        return DASH
+    return "exceeded before the onset" if limit.get("exceeded_before") else limit["day"] or "not reached"
+
+
 def _limit(limit: Mapping[str, Any]) -> str:
     what = limit["criterion"] or limit["parameter"]
     if limit["day"] is None:
-        return f"{what} {format_number(limit['limit'])}: not reached at this rate"
+        reason = limit_day(limit) if limit.get("exceeded_before") else "not reached at this rate"
+        return f"{what} {format_number(limit['limit'])}: {reason}"
     high = limit["high"] or "open"
     return f"{what} {format_number(limit['limit'])}: {limit['day']} ({limit['low']} to {high})"
