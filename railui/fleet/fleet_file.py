@@ -18,7 +18,7 @@ from railui.io.atomic import canonical_json, sha256, sha256_file
 from railui.io.problems import FileProblems, Findings, Problem, suggest_name
 from railui.io.units import UnitError, quantity
 from railui.io.yaml_file import load_fields
-from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
+from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS, check_bound
 from railui.optimisation.response_map import check_keys
 from railui.runs.columns import RIG_FORMS
 from railui.vehicle.reference import load_named_design
@@ -253,6 +253,8 @@ def _read_limit(number: int, model: LimitModel, types: Mapping[str, VehicleType]
     key = "above" if model.below is None else "below"
     try:
         value = quantity(getattr(model, key), unit)
+        if model.criterion is not None:
+            check_bound(model.criterion, value)
     except UnitError as error:
         findings.add(f"{path}.{key}", error.message, error.remedy)
         return None

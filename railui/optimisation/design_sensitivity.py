@@ -10,9 +10,8 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.optimisation.cases import Case
 from railui.optimisation.evaluation import Evaluator, evaluate_in_process
-from railui.optimisation.response_keys import RESPONSE_KEYS
-from railui.optimisation.response_map import CRITICAL_SPEEDS, evaluate_vehicles
-from railui.optimisation.responses import MAX_SPEED
+from railui.optimisation.response_keys import CRITICAL_SPEEDS, MAX_SPEED, RESPONSE_KEYS
+from railui.optimisation.response_map import evaluate_vehicles
 from railui.optimisation.sensitivity import RELATIVE_STEP, perturbable_paths, perturbed_rows, step_scale
 
 

@@ -3,6 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
+
+from railui.io.units import UnitError
+from railui.running_stability.summary import DEFAULT_SPEEDS
+
+MAX_SPEED: Final = DEFAULT_SPEEDS[-1]  # m/s, upper end of the search, which counts where there is none below
+CRITICAL_SPEEDS: Final = ("linear_critical_speed", "rest_critical_speed", "fold_speed", "practical_critical_speed")
 
 
 @dataclass(frozen=True)
@@ -67,3 +74,10 @@ RESPONSE_KEYS: dict[str, ResponseKey] = {
     )
 }
 NUMERIC_KEYS = tuple(r.key for r in RESPONSE_KEYS.values() if not r.is_text)
+
+
+def check_bound(key: str, bound: float) -> None:
+    """Raise UnitError for a bound of a critical speed that no search reaches."""
+    if key in CRITICAL_SPEEDS and bound >= MAX_SPEED:
+        message = f"{key} is searched up to {MAX_SPEED:g} m/s, so that no vehicle exceeds a bound of {bound:g} m/s"
+        raise UnitError(message, f"give less than {MAX_SPEED:g} m/s, or bound linear_damping at the higher speed")

@@ -13,8 +13,8 @@ from railui.io.problems import FileProblems, suggest_name
 from railui.io.units import quantity
 from railui.optimisation.cases import Case
 from railui.optimisation.evaluation import Evaluator, ResponseTable, evaluate_in_process
-from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
-from railui.optimisation.responses import MAX_SPEED, NONLINEAR_KEYS
+from railui.optimisation.response_keys import CRITICAL_SPEEDS, MAX_SPEED, NUMERIC_KEYS, RESPONSE_KEYS
+from railui.optimisation.responses import NONLINEAR_KEYS
 from railui.track.excitation import Excitation, TrackSource
 from railui.vehicle.contact_profiles import GROUP as PROFILES_GROUP
 from railui.vehicle.design_reader import Design
@@ -26,7 +26,6 @@ from railui.vehicle.sampling import ParameterisedModel
 DEFAULT_INTERVALS: Final = 20  # of a range without a step
 DIGITS: Final = 12  # of the values of an axis
 MIN_VALUES, MAX_VALUES = 2, 400  # of an axis
-CRITICAL_SPEEDS: Final = ("linear_critical_speed", "rest_critical_speed", "fold_speed", "practical_critical_speed")
 WITH_SPEED: Final = ("linear_damping",)
 WITH_TRACK: Final = ("practical_critical_speed",)
 

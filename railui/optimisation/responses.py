@@ -13,7 +13,7 @@ from railui.arrays import FloatArray
 from railui.curving.equilibrium import solve_equilibria
 from railui.memo import IdentityCache
 from railui.optimisation.cases import Case
-from railui.optimisation.response_keys import RESPONSE_KEYS
+from railui.optimisation.response_keys import MAX_SPEED, RESPONSE_KEYS
 from railui.ride_quality.comfort import n_mv, sperling_wz
 from railui.ride_quality.running_safety import SAFETY_KEYS, running_safety_many
 from railui.ride_quality.score import score_many
@@ -33,7 +33,6 @@ DIVERGED: Final = "left the track"
 TOO_STIFF: Final = "too stiff to be stepped"
 NO_EQUILIBRIUM: Final = "no equilibrium in the curve"
 
-MAX_SPEED: Final = DEFAULT_SPEEDS[-1]  # m/s, upper end of the search for critical speeds
 LINEAR_KEYS: Final = {"linear_critical_speed", "linear_critical_frequency", "klingel_wavelength"}
 NONLINEAR_KEYS: Final = {"fold_speed", "practical_critical_speed"}
 _STEPS = IdentityCache[RowsAndSteps](max_size=64)  # tracks and seeds of a study share them

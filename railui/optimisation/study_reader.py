@@ -11,7 +11,7 @@ from railui.io.atomic import sha256_file
 from railui.io.problems import FileProblems, Findings, suggest_name
 from railui.io.units import UnitError, convert, split_quantity
 from railui.io.yaml_file import load_fields
-from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS
+from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS, check_bound
 from railui.optimisation.scenarios import default_scenarios, read_scenarios
 from railui.optimisation.study import Cases, Constraint, Method, Objective, Study, Variable
 from railui.optimisation.study_schema import CasesModel, StudyModel
@@ -198,6 +198,7 @@ def read_constraints(raw: Any, findings: Findings) -> tuple[Constraint, ...]:
             try:
                 number, unit = split_quantity(match[3])
                 bound = convert(number, unit, RESPONSE_KEYS[match[1]].unit) if unit else number
+                check_bound(match[1], bound)
                 constraints.append(Constraint(match[1], match[2], bound, text))
             except UnitError as error:
                 findings.add(key, error.message, error.remedy)

@@ -99,6 +99,7 @@ def test_the_check_reports_all_faults_of_a_fleet_with_their_lines(tmp_path: Path
             "  - {time: 2026-01-01}",
             "limits:",
             "  - {parameter: vehicle.rig.stifness, below: 1 N/m}",
+            "  - {parameter: vehicle.rig.stiffness, criterion: linear_critical_speed, below: 342 km/h}",
             "settings: {block_day: 1}",
             "",
         ]
@@ -108,7 +109,7 @@ def test_the_check_reports_all_faults_of_a_fleet_with_their_lines(tmp_path: Path
     (tmp_path / "fleet.yaml").write_text((tmp_path / "fleet.yaml").read_text().replace("block_day:", "block_days:"))
     lines = {p.key: p.line for p in check(tmp_path)}
     expected = {"vehicles.b": 3, "vehicles.c.prior": 3, "runs.pattern": 4, "runs.regex": 4}
-    expected |= {"events.0.section": 7, "events.1": 8, "limits.0.parameter": 10}
+    expected |= {"events.0.section": 7, "events.1": 8, "limits.0.parameter": 10, "limits.1.below": 11}
     assert lines == expected
 
 

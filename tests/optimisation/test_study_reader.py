@@ -40,6 +40,17 @@ def study(tmp_path: Path, bogie: str) -> Callable[..., Study]:
     return read
 
 
+@pytest.mark.parametrize("bound", ["95 m/s", "342 km/h", "90"])
+def test_a_bound_that_the_search_for_critical_speeds_does_not_reach_is_refused(
+    study: Callable[..., Study], problems_of: ProblemsOf, bound: str
+) -> None:
+    change = ("linear_damping >= 0.05", f"linear_critical_speed >= {bound}")
+    (problem,) = problems_of(lambda: study(change))
+    assert (problem.line, problem.key) == (5, "constraints.0")
+    assert "searched up to 90 m/s" in problem.message and "linear_damping" in problem.remedy
+    assert study(("linear_damping >= 0.05", "linear_critical_speed >= 89 m/s")).constraints[0].bound == 89.0
+
+
 def test_a_lateral_secondary_parameter_is_warned_of_where_comfort_does_not_follow_it(
     study: Callable[..., Study],
 ) -> None:
