@@ -132,6 +132,6 @@ def run_independent_test(
     if after is not before or discrepancy is not None:
         nrmse_after = error_after_start(context, validate_final(context, after, discrepancy, segments), segments)
     draws = context.settings.validation.preliminary_floor_draws
-    floor = estimate_noise_floor(context, after.model, segments, draws)
+    floor = estimate_noise_floor(context, after.model, segments, draws, is_after_start=True)
     files = tuple(dict.fromkeys(s.file for s in segments))
     return IndependentTest(nrmse_before, nrmse_after, floor.nrmse, files, not dataset.has_test_runs)

@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from railui.campaign.campaign import load_campaign
+from railui.campaign.comparison import cut_samples
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import create_context
 from railui.identification.estimation import growing_windows
@@ -20,6 +21,7 @@ from railui.identification.estimation.failed_fit import has_failed, retry_failed
 from railui.identification.estimation.growing_windows import leave_wrong_minimum, misfit_ratio, slips
 from railui.identification.estimation.initial_state import estimate_initial_state
 from railui.identification.estimation.modulating_functions import dominant_period, modulating_starts
+from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import adapt_to_model
 from railui.identification.estimation.validation import validate
@@ -264,3 +266,31 @@ def test_a_decay_of_a_hardening_spring_starts_where_its_speed_or_acceleration_sa
     context = create_context(read_dataset(load_campaign(tmp_path)), jobs=1)
     state = estimate_initial_state(context, context.nominal, context.dataset.estimation[0])
     assert state[:2] == pytest.approx(start, rel=1e-3)
+
+
+def test_errors_of_a_slow_rig_are_summed_over_the_blocks_of_its_fit(tmp_path: Path) -> None:
+    """A record of 200 s has 50 blocks of 4 s, one of 60 s has blocks of 2 s: neighbouring errors are correlated."""
+    slow = Rig(m=1.0, k=1.0, c=0.02)
+    for seconds, blocks in ((200.0, 50), (60.0, 30)):
+        folder = tmp_path / f"{seconds:g}"
+        folder.mkdir()
+        runs = {"a": decay(slow, [], 1.0, seconds), "b": decay(slow, [], 0.7, seconds)}
+        context = create_context(campaign(folder, slow, runs, 1e-3))
+        found = validate(context, context.nominal, context.dataset.validation).block_errors
+        assert blocks - 2 <= len(found) <= blocks  # the comparison leaves the ends of a record out
+
+
+def test_the_noise_floor_of_a_test_is_that_after_its_start(tmp_path: Path) -> None:
+    """In a decay the noise is a larger share of the motion after the start, where the error of the test counts."""
+    rig, noise = Rig(m=1.0, k=64.0, c=0.3), 1e-3
+    runs = {"a": decay(rig, [], 1.0, 40.0), "b": decay(rig, [], 0.7, 40.0)}
+    context = create_context(campaign(tmp_path, rig, runs, noise))
+    (segment,) = context.dataset.validation
+    start = context.settings.initial_state.initial_state_duration
+    z = segment.columns["z"]
+    whole, after = (
+        estimate_noise_floor(context, context.nominal, [segment], 20, is_after_start=x).nrmse for x in (False, True)
+    )
+    cut = cut_samples(context.dataset.campaign, segment)  # at the start, while the motion is largest
+    power = np.mean(z[cut:] ** 2) / np.mean(z[round(start / DT) :] ** 2)
+    assert power > 2.0 and after / whole == pytest.approx(np.sqrt(power), rel=0.05)

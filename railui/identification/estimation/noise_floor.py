@@ -23,6 +23,7 @@ from railui.campaign.noise.model import NoiseModel
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
+from railui.identification.estimation.validation import without_start
 from railui.identification.prediction import Predictor, SimulationError, required_steps
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
@@ -90,28 +91,43 @@ class SimulatedTruth:
         drawn = self.context.noise.draw(self.channels, segment.samples, segment.dt, rng)
         return self.clean + comparison_filter(campaign, segment, drawn), simulated
 
-    def comparisons(self, drawn: FloatArray, simulated: FloatArray) -> tuple[Comparison, Comparison]:
+    def comparisons(
+        self, drawn: FloatArray, simulated: FloatArray, is_after_start: bool = False
+    ) -> tuple[Comparison, Comparison]:
         """Compare a drawn measurement with the prediction on a track with noise, and with that on the true track.
 
         Errors relate to the motion that was measured, as those of the model do.
         """
         clean = np.full_like(drawn, np.nan) if self.clean is None else self.clean
-        both, sensors = (self.measured - (drawn - x) for x in (simulated, clean))
+        series = [self.measured - (drawn - x) for x in (simulated, clean)]
         names, dt = tuple(self.channels), self.segment.dt
-        return Comparison(names, self.measured, both, dt), Comparison(names, self.measured, sensors, dt)
+        both, sensors = (Comparison(names, self.measured, x, dt) for x in series)
+        if not is_after_start:
+            return both, sensors
+        return without_start(self.context, self.segment, both), without_start(self.context, self.segment, sensors)
 
     def _compared(self, series: FloatArray, diverged: NDArray[np.int64]) -> FloatArray | None:
         return None if diverged[0] >= 0 else comparison_filter(self.context.campaign, self.segment, series[0])
 
 
 def estimate_noise_floor(
-    context: Context, model: Model, segments: Sequence[Segment], draws: int | None = None
+    context: Context,
+    model: Model,
+    segments: Sequence[Segment],
+    draws: int | None = None,
+    *,
+    is_after_start: bool = False,
 ) -> NoiseFloor:
     """Estimate the noise floor: simulate the model as truth on noisy track and add sensor noise.
 
     Realisations on which the model diverges are left out; NaN where all are.
 
-    draws: noise realisations; those of the settings by default.
+    Parameters
+    ----------
+    draws
+        Noise realisations; those of the settings by default.
+    is_after_start
+        Whether the start of every segment, on which its initial state is estimated, is left out.
     """
     draws = context.settings.validation.noise_floor_draws if draws is None else draws
     truths = list(
@@ -123,7 +139,7 @@ def estimate_noise_floor(
     sensors: list[list[Comparison]] = []
     for k in range(draws):
         realisation = list(zip(truths, drawn[k * len(truths) : (k + 1) * len(truths)], strict=True))
-        compared = [t.comparisons(*pair) for t, pair in realisation if pair is not None]
+        compared = [t.comparisons(*pair, is_after_start) for t, pair in realisation if pair is not None]
         if len(compared) == len(truths):
             both.append([c for c, _ in compared])
             sensors.append([c for _, c in compared])

@@ -10,7 +10,6 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.comparison import Comparison, compare, cut_samples, nrmse, overall_nrmse
 from railui.campaign.segment import Segment
-from railui.campaign.settings.estimation import ValidationSettings
 from railui.identification.context import Context
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
@@ -97,22 +96,23 @@ def compute_validation(context: Context, predictions: Sequence[Prediction]) -> V
         overall_nrmse(errors),
         tuple(p.series for p in predictions),
         tuple((p.segment.file, p.diverged_at) for p in predictions if p.diverged_at is not None),
-        _block_errors(comparisons, context.settings.validation),
+        _block_errors(context, predictions),
     )
 
 
 def error_after_start(context: Context, validation: Validation, segments: Sequence[Segment]) -> float:
-    """NRMSE of a validation without the first seconds of every segment, on which its initial state is estimated."""
-    settings, comparisons = context.settings, []
-    for segment, series in zip(segments, validation.series, strict=True):
-        duration = segment.samples * segment.dt
-        start = min(settings.initial_state.initial_state_duration, settings.validation.max_start_share * duration)
-        compared = compare(context.campaign, segment, series)
-        cut = max(round(start / segment.dt) - cut_samples(context.campaign, segment), 0)
-        comparisons.append(
-            replace(compared, measured=compared.measured[:, cut:], simulated=compared.simulated[:, cut:])
-        )
-    return overall_nrmse(nrmse(comparisons))
+    """NRMSE of a validation without the start of every segment."""
+    pairs = zip(segments, validation.series, strict=True)
+    return overall_nrmse(nrmse([without_start(context, s, compare(context.campaign, s, x)) for s, x in pairs]))
+
+
+def without_start(context: Context, segment: Segment, compared: Comparison) -> Comparison:
+    """Return a comparison without the first seconds of its segment, on which the initial state is estimated."""
+    settings = context.settings
+    longest = settings.validation.max_start_share * segment.samples * segment.dt
+    start = min(settings.initial_state.initial_state_duration, longest)
+    cut = max(round(start / segment.dt) - cut_samples(context.campaign, segment), 0)
+    return replace(compared, measured=compared.measured[:, cut:], simulated=compared.simulated[:, cut:])
 
 
 def is_worse_than_nominal(context: Context, nominal: Validation, calibrated: Validation) -> bool:
@@ -125,9 +125,10 @@ def is_worse_than_nominal(context: Context, nominal: Validation, calibrated: Val
     return gain > context.settings.selection.gain_standard_errors * sd
 
 
-def _block_errors(comparisons: Sequence[Comparison], settings: ValidationSettings) -> FloatArray:
+def _block_errors(context: Context, predictions: Sequence[Prediction]) -> FloatArray:
     """Contribution [block] of blocks of time to the squared overall error."""
-    duration = settings.error_block_duration
+    settings, comparisons = context.settings.validation, [p.comparison for p in predictions]
+    duration = error_block_duration(context, [p.segment for p in predictions])
     power: dict[str, float] = {}
     for comparison in comparisons:
         for c, row in zip(comparison.channels, comparison.measured, strict=True):
@@ -141,6 +142,13 @@ def _block_errors(comparisons: Sequence[Comparison], settings: ValidationSetting
         length = max(1, round(duration / dt)) if is_long else n // settings.short_segment_parts + 1
         blocks.append(np.add.reduceat(squares, np.arange(0, n, length)))
     return np.concatenate(blocks)
+
+
+def error_block_duration(context: Context, segments: Sequence[Segment]) -> float:
+    """Duration [s] of a block of errors; at least that of a block of the fit on a rig, whose motion may be slow."""
+    longest_run = max((s.samples * s.dt for s in segments if s.is_rig), default=0.0)
+    of_fit = longest_run / context.settings.calibration.rig_block_count
+    return max(context.settings.validation.error_block_duration, of_fit)
 
 
 def is_significant_gain(context: Context, old: Validation, new: Validation) -> bool:

@@ -14,6 +14,7 @@ from railui.identification.estimation.block_products import block_length
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import truncate
+from railui.identification.estimation.validation import error_block_duration
 from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate, CandidateBatch, batches_on
 from railui.identification.structure.score_test import ScoreTestResult, output_differences
@@ -75,7 +76,8 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
         for t, used in zip(ready, rows, strict=True)
     ]
     absorbed = {(s.candidate, s.shape): s.absorbed for s in scores.results}
-    lengths = [block_length(context.settings.validation.error_block_duration, t) for t in ready]
+    seconds = error_block_duration(context, [t.segment for t in validation_fit.segments])
+    lengths = [block_length(seconds, t) for t in ready]
     share = sum(t.measured.shape[1] for t in ready) / sum(t.measured.shape[1] for t in validation_fit.segments)
 
     def predict(batch: CandidateBatch) -> list[tuple[tuple[Candidate, int], PredictedGain]]:
