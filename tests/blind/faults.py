@@ -10,7 +10,7 @@ import json
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -166,12 +166,14 @@ def fault_pairs(count: int, seed: int) -> list[tuple[PlantedFault, PlantedFault]
     return pairs
 
 
-def with_faults(dataset: Dataset, faults: Sequence[PlantedFault], missing: Sequence[str] = ()) -> Dataset:
-    """Return a dataset with faults in all of its runs, and without some channels."""
+def with_faults(
+    dataset: Dataset, faults: Sequence[PlantedFault], missing: Sequence[str] = (), runs: Collection[str] = ()
+) -> Dataset:
+    """Return a dataset with faults in some or by default all of its runs, and without some channels."""
     segments = []
     for i, segment in enumerate(dataset.segments):
         columns = {k: x for k, x in segment.columns.items() if k not in missing}
-        for fault in faults:
+        for fault in faults if not runs or segment.file in runs else ():
             columns = fault.plant(columns, np.random.default_rng([i, 92]))
         segments.append(replace(segment, columns=columns, tables={}))
     return replace(dataset, segments=tuple(segments))

@@ -43,3 +43,15 @@ def test_a_fault_is_found_by_the_response_to_the_track(
     assert "response to the track" in fault.text and fault.yaml
     if value is not None:
         assert fault.value is not None and np.isclose(fault.value, value, rtol=0.15)
+
+
+@pytest.mark.parametrize("channels", [("ay1",), ("ay1", "ayf")])
+def test_accelerations_in_g_in_one_run_are_found_there(channels: tuple[str, ...]) -> None:
+    sound = simulated_campaign().dataset
+    run = sound.validation[0].file
+    in_g = PlantedFault("", (), "", scaled(*channels, gain=1 / 9.80665))
+    faults = diagnose(with_faults(sound, [in_g], DISPLACEMENTS, [run])).faults
+    assert {c for fault in faults for c in fault.channels} == set(channels)
+    for fault in faults:
+        assert (fault.kind, fault.files, fault.serious) == ("unit", (run,), True)
+        assert f"unit: g, runs: [{run}]" in fault.yaml

@@ -16,14 +16,20 @@ from railui.campaign.faults.fault import Diagnosis, Fault, ordered
 from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
 from railui.campaign.faults.merge import hypothesis_fault, merged_faults
 from railui.campaign.faults.nominal import ModelAgreement, compare_with_nominal, contradicted
-from railui.campaign.faults.response import ResponseConsistency, find_response_fault
-from railui.campaign.faults.response_spectra import response_spectra, vehicle_rows
+from railui.campaign.faults.response import (
+    ResponseConsistency,
+    ResponseFault,
+    find_response_fault,
+    find_unit_of_run,
+)
+from railui.campaign.faults.response_spectra import ResponseSpectra, response_spectra, vehicle_rows
 from railui.campaign.faults.rig_faults import faults_of_rig
 from railui.campaign.faults.search import FaultSearch, Transform
 from railui.campaign.faults.spectra import RunSpectra, run_spectra
 from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
 from railui.campaign.segment import Segment
+from railui.campaign.settings.faults import FaultSettings
 from railui.io.units import UnitError, parse_unit
 from railui.parallel import map_threads
 from railui.runs.columns import COLUMNS
@@ -166,8 +172,8 @@ def _faults_by_response(
     dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault], jobs: int | None
 ) -> list[Fault]:
     """Find faults of a bogie without relation to the track, one after another, by its response to the track."""
-    segments = [max(parts, key=lambda s: s.samples) for parts in runs.values()]
-    segments = [s for s in segments if s.kind == "bogie" and not s.is_free and not _has_wheelset_displacement(s)]
+    longest = [max(parts, key=lambda s: s.samples) for parts in runs.values()]
+    segments = [s for s in longest if s.kind == "bogie" and not s.is_free and not _has_wheelset_displacement(s)]
     names = [c for c in FOLLOWING if all(c in s.columns for s in segments)]
     if not segments or not names:
         return []
@@ -179,16 +185,29 @@ def _faults_by_response(
         corrections = ordered([*faults, *found]).corrections
         corrected = [corrected_segment(s, corrections, wheelbase) for s in segments]
         spectra = map_threads(lambda s: response_spectra(model, rows, s, names, wheelbase, radius), corrected, jobs)
-        usable = [s for s in spectra if s is not None]
-        best = find_response_fault(ResponseConsistency(usable, names, jobs), settings) if usable else None
+        usable = {c.file: s for c, s in zip(corrected, spectra, strict=True) if s is not None}
+        best, only = _response_fault(usable, names, settings, jobs)
         if best is None:
             break
-        alternatives = tuple(yaml_line(h.corrections()) for h in best.alternatives)
-        fault = hypothesis_fault(best.hypothesis, tuple(runs), False, alternatives, None, settings)
+        alternatives = tuple(yaml_line(h.corrections(only)) for h in best.alternatives)
+        fault = hypothesis_fault(best.hypothesis, only or tuple(runs), bool(only), alternatives, None, settings)
         found.append(replace(fault, text=f"{fault.text} (by the {RESPONSE})"))
         if not fault.corrections or alternatives:
             break
     return found
+
+
+def _response_fault(
+    spectra: dict[str, ResponseSpectra], names: Sequence[str], settings: FaultSettings, jobs: int | None
+) -> tuple[ResponseFault | None, tuple[str, ...]]:
+    """Return the clearest fault by the response, and the run alone that has it: a unit that differs between runs."""
+    runs = list(spectra.values())
+    if not runs:
+        return None, ()
+    of_run = find_unit_of_run(runs, names, settings)
+    if of_run is not None:
+        return of_run[1], (list(spectra)[of_run[0]],)
+    return find_response_fault(ResponseConsistency(runs, names, jobs), settings), ()
 
 
 def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
@@ -206,10 +225,15 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
             for agreement in compare_with_nominal(model, corrected, _following(segment), settings):
                 found.setdefault(agreement.channel, []).append((name, agreement))
     contradictions: dict[str, Hypothesis] = {}
+    of_runs: list[Fault] = []
     for channel, checks in found.items():
-        hypotheses = {contradicted(agreement, settings) for _, agreement in checks}
-        if len(hypotheses) == 1 and (h := hypotheses.pop()) is not None:
+        hypotheses = [contradicted(agreement, settings) for _, agreement in checks]
+        h = next((h for h in hypotheses if h is not None), None)
+        if h is not None and set(hypotheses) == {h}:
             contradictions[channel] = h
+        elif h is not None and h.kind == "unit" and set(hypotheses) == {h, None}:
+            names = tuple(run for (run, _), x in zip(checks, hypotheses, strict=True) if x is not None)
+            of_runs.append(_fault_against_model(h, names, names))
     files = tuple(runs)
     all_opposed = set(contradictions) == set(found) and all(h.kind == "sign" for h in contradictions.values())
     if len(found) >= settings.min_opposed_channels and all_opposed:
@@ -217,7 +241,7 @@ def _faults_against_model(dataset: Dataset, runs: dict[str, list[Segment]], faul
         track = _fault_against_model(Hypothesis("sign", recorded, -1.0), files)
         alone = yaml_line(Hypothesis("sign", ("yw",), -1.0).corrections())
         return [replace(track, alternatives=(alone,) if len(recorded) > 1 else ())]
-    return [_fault_against_model(h, files) for h in contradictions.values()]
+    return [*of_runs, *(_fault_against_model(h, files) for h in contradictions.values())]
 
 
 def _reversed_cross_level(dataset: Dataset, runs: dict[str, list[Segment]], faults: Sequence[Fault]) -> list[Fault]:
@@ -243,6 +267,7 @@ def _following(segment: Segment) -> list[str]:
     return [c for c in segment.channels if c in FOLLOWING or re.fullmatch(r"ay\d+", c)]
 
 
-def _fault_against_model(h: Hypothesis, files: tuple[str, ...]) -> Fault:
+def _fault_against_model(h: Hypothesis, files: tuple[str, ...], only: tuple[str, ...] = ()) -> Fault:
+    """Return a hypothesis as a fault; only: runs to which its correction is restricted."""
     text = f"{fault_text(h)} (against the nominal model at wavelengths above those of the vehicle's own motion)"
-    return Fault(h.kind, h.channels, h.value, None, "1", files, text, True, h.corrections())
+    return Fault(h.kind, h.channels, h.value, None, "1", files, text, True, h.corrections(only))

@@ -7,7 +7,7 @@ and delays of usual sensors, which an inaccurate vehicle leaves as well, are fre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -91,10 +91,18 @@ class ResponseConsistency:
             misfits = {c: self._channel(c, signs=signs) for c in range(len(self.names))}
             yield Hypothesis("sign", track, -1.0), self._with(misfits)
 
-    def _of_channel(self, c: int, name: str) -> Iterator[tuple[Hypothesis, float]]:
-        yield Hypothesis("sign", (name,), -1.0), self._with({c: self._channel(c, gains=-GAINS)})
+    def unit_scores(self) -> Iterator[tuple[Hypothesis, float]]:
+        """Yield wrong units of single channels with their misfits."""
+        for c, name in enumerate(self.names):
+            yield from self._of_units(c, name)
+
+    def _of_units(self, c: int, name: str) -> Iterator[tuple[Hypothesis, float]]:
         for gain in _distinct(unit_gains(name)):
             yield Hypothesis("unit", (name,), gain), self._with({c: self._channel(c, gains=gain * GAINS)})
+
+    def _of_channel(self, c: int, name: str) -> Iterator[tuple[Hypothesis, float]]:
+        yield Hypothesis("sign", (name,), -1.0), self._with({c: self._channel(c, gains=-GAINS)})
+        yield from self._of_units(c, name)
         tables = self._tables(c, WRONG_GAINS, LAGS).min(axis=2)
         misfits = [self._with({c: tables[:, k]}) for k in range(len(WRONG_GAINS))]
         best = int(np.argmin(misfits))
@@ -225,12 +233,28 @@ def _misfits(
     return np.asarray(0.5 * len(measured) * np.log(products).sum(axis=-1))
 
 
-def find_response_fault(consistency: ResponseConsistency, settings: FaultSettings) -> ResponseFault | None:
-    """Find the fault with most evidence; None where no fault has enough."""
+def find_unit_of_run(
+    runs: Sequence[ResponseSpectra], names: Sequence[str], settings: FaultSettings
+) -> tuple[int, ResponseFault] | None:
+    """Find the unit of a channel that is wrong in some runs only, and the first of these; None where none is."""
+    consistencies = [ResponseConsistency([run], names) for run in runs]
+    found = [find_response_fault(c, settings, c.unit_scores() if c.sound else ()) for c in consistencies]
+    faulty = [(i, fault) for i, fault in enumerate(found) if fault is not None]
+    return faulty[0] if 0 < len(faulty) < len(runs) else None
+
+
+def find_response_fault(
+    consistency: ResponseConsistency, settings: FaultSettings, scores: Iterable[tuple[Hypothesis, float]] | None = None
+) -> ResponseFault | None:
+    """Find the fault with most evidence; None where no fault has enough.
+
+    scores: faults with their misfits; all by default.
+    """
     if not consistency.sound:
         return None
     base = consistency.misfit
-    shares = [((base - misfit) / consistency.samples, h) for h, misfit in consistency.scores()]
+    tried = consistency.scores() if scores is None else scores
+    shares = [((base - misfit) / consistency.samples, h) for h, misfit in tried]
     evident = [(x, h) for x, h in shares if x > _needed_share(h, settings) and _is_large(h, consistency, settings)]
     if not evident:
         return None
