@@ -129,6 +129,15 @@ def test_a_fault_of_one_run_names_the_run() -> None:
     assert fault.yaml == f"sensors: {{rf: {{gain: -1, runs: [{first.file}]}}}}"
 
 
+def test_a_speed_in_another_unit_is_the_only_fault_named() -> None:
+    """The response to the track at 3.6 times the speed contradicts every sensor."""
+    sound = simulated_campaign().dataset
+    for missing in ((), ("e1", "e2", "d1", "d2")):
+        fault = only(diagnose(with_faults(sound, [PlantedFault("", (), "", scaled("v", gain=3.6))], missing)))
+        assert (fault.channels, fault.serious, fault.is_correctable) == (("v",), True, False)
+        assert "v [km/h]" in fault.remedy and fault.files == ("run_a.csv.gz",)
+
+
 def test_without_relations_the_nominal_model_decides_only_signs_and_units_of_accelerations() -> None:
     missing = ("e1", "e2", "d1", "d2")
     assert only(diagnosis_of(scaled("ay2", gain=-1.0), missing=missing)).channels == ("ay2",)

@@ -30,7 +30,7 @@ from railui.campaign.faults.waveform import waveform_faults
 from railui.campaign.faults.wording import fault_text
 from railui.campaign.segment import Segment
 from railui.campaign.settings.faults import FaultSettings
-from railui.io.units import UnitError, parse_unit
+from railui.io.units import MAX_PLAUSIBLE_SPEED, UnitError, parse_unit
 from railui.parallel import map_threads
 from railui.runs.columns import COLUMNS
 from railui.vehicle.model import Model
@@ -62,6 +62,8 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
     """
     settings = dataset.campaign.settings.faults
     is_on_track = dataset.campaign.design.is_on_track
+    if is_on_track and (speed := _implausible_speed(dataset)) is not None:
+        return ordered([speed])  # all that depends on the speed would be blamed on the sensors
     radius = track_geometry(dataset.campaign.design).rolling_radius if is_on_track else None
     waveform = waveform_faults(dataset.segments, settings, radius)
     unusable = {f.channels[0] for f in waveform if f.serious and f.kind != "hum"}
@@ -83,6 +85,23 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
         faults = faults_of_rig(dataset, runs, faults)
     # only reading applies a named unit, each search needs its gain
     return ordered([_with_named_unit(fault, dataset) for fault in (*faults, *waveform)])
+
+
+def _implausible_speed(dataset: Dataset) -> Fault | None:
+    """Return the fault of a speed that no train reaches.
+
+    Reading computes distances with it, so that the header has to state its unit and no correction can.
+    """
+    speeds: dict[str, float] = {}
+    for name in dict.fromkeys(s.file for s in dataset.segments):
+        v = np.concatenate([s.columns["v"] for s in dataset.segments if s.file == name])
+        speeds[name] = float(np.median(v))
+    files = tuple(name for name, speed in speeds.items() if speed > MAX_PLAUSIBLE_SPEED)
+    if not files:
+        return None
+    text = f"v is {max(speeds.values()):.4g} m/s in the median, faster than trains run"
+    remedy = "write `v [km/h]` in the header if it is in km/h"
+    return Fault("unit", ("v",), None, None, "1", files, text, True, Corrections(), remedy=remedy)
 
 
 def _without(segment: Segment, channels: set[str]) -> Segment:
