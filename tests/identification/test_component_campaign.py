@@ -24,7 +24,7 @@ from railui.identification.result import LoopResult
 from railui.identification.unmodelled.condition_dependence import homogeneity
 from railui.io.problems import FileProblems
 from railui.report.loop.data import loop_report
-from railui.report.loop.element_file import element_text
+from railui.report.loop.element_file import NoElementError, element_text
 from railui.report.loop.files import write_loop
 from railui.vehicle.design_reader import parse_design
 from railui.vehicle.effects import kernel_catalogue
@@ -160,6 +160,24 @@ def test_the_exported_element_has_the_identified_law(friction: LoopResult, tmp_p
     doubled = element.mount("secondary_lateral", None, 2.0)[-1]
     assert doubled.parameters["force"] == pytest.approx(2.0 * friction.after.model.value("effects.0.force"))
     assert doubled.parameters["slip_speed"] == friction.after.model.value("effects.0.slip_speed")
+
+
+@pytest.mark.parametrize(("deviations", "is_written"), [(-1.0, True), (-5.0, False)])
+def test_a_stiffness_below_zero_is_zero_within_its_uncertainty_and_else_no_element(
+    friction: LoopResult, tmp_path: Path, deviations: float, is_written: bool
+) -> None:
+    path, fit = "vehicle.rig.stiffness", friction.after
+    value = deviations * fit.sd[fit.free.paths.index(path)]
+    after = replace(fit, model=fit.model.with_path_values([path], np.array([value])))
+    result = replace(friction, after=after)
+    if not is_written:
+        with pytest.raises(NoElementError, match=f"{path} is -"):
+            element_text(result)
+        return
+    file = tmp_path / "damper.yaml"
+    file.write_text(element_text(result))
+    assert "\nstiffness: 0 " in file.read_text()
+    assert [e.kind for e in load_element(file, kernel_catalogue()).effects][-1] == "dry_friction"
 
 
 def test_the_report_of_a_component_is_written_and_is_json(friction: LoopResult, tmp_path: Path) -> None:

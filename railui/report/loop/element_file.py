@@ -17,11 +17,12 @@ from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.model import Model
 
 FORCE_UNITS = {"m": "N", "rad": "N*m"}
+SIGNIFICANT = 2.0  # standard deviations below 0
 FASTEST = 100.0  # m/s or rad/s, end of a curve against the speed
 
 
 class NoElementError(ValueError):
-    """Units of runs that no element can have."""
+    """Units of runs or numbers that no element can have."""
 
 
 def motion_unit(result: LoopResult) -> str:
@@ -40,14 +41,15 @@ def motion_unit(result: LoopResult) -> str:
 def element_text(result: LoopResult) -> str:
     """Return the element file of a loop: linear terms, laws in parallel and the range in which they were measured."""
     motion, model = motion_unit(result), result.after.model
-    stiffness, laws = _laws(model)
+    damping = _non_negative(result, "vehicle.rig.damping")
+    stiffness, laws = _laws(model, _non_negative(result, "vehicle.rig.stiffness"), damping)
     force = FORCE_UNITS[motion]
     writer = YamlWriter()
     writer.entry("schema", schema_name("element"))
     writer.entry("name", result.dataset.campaign.name)
     writer.entry("motion", motion)
     writer.entry("stiffness", stiffness, comment=f"{force}/{motion}")
-    writer.entry("damping", model.value("vehicle.rig.damping"), comment=f"{force}*s/{motion}")
+    writer.entry("damping", damping, comment=f"{force}*s/{motion}")
     writer.entry("preload", model.value("vehicle.rig.preload"), comment=force)
     writer.items("effects", laws)
     with writer.block("source"):
@@ -61,13 +63,28 @@ def write_element(result: LoopResult, path: str | Path) -> Path:
     return write_text(path, element_text(result))
 
 
-def _laws(model: Model) -> tuple[float, list[dict[str, Any]]]:
+def _non_negative(result: LoopResult, path: str) -> float:
+    """Return a stiffness or damping; 0 for an estimate below it by less than its uncertainty.
+
+    Raises NoElementError for one that is significantly negative, as in a magnetic spring.
+    """
+    fit = result.after
+    value = fit.model.value(path)
+    sd = dict(zip(fit.free.paths, fit.sd, strict=True)).get(path, 0.0)
+    if value >= 0.0 or value > -SIGNIFICANT * sd:
+        return max(value, 0.0)
+    raise NoElementError(
+        f"{path} is {value:.4g} +/- {sd:.2g}: an element has a stiffness and damping of 0 and more; "
+        "state the law that makes it negative in the design of the campaign, for instance measured_force"
+    )
+
+
+def _laws(model: Model, stiffness: float, damping: float) -> tuple[float, list[dict[str, Any]]]:
     """Return the stiffness that remains and the laws without a location.
 
     Laws that refer to the spring or damper of their location are written so that they do not: a clearance before a
     spring is a stop, an asymmetric damper a curve of force against speed.
     """
-    stiffness, damping = model.value("vehicle.rig.stiffness"), model.value("vehicle.rig.damping")
     laws: list[dict[str, Any]] = []
     for effect in model.design.effects:
         if effect.kind == "free_play":
