@@ -81,7 +81,8 @@ def effects_table(report: Report, structure: Structure | None = None) -> Any:
         phases = [(f"phase, {segment_text(p)}", p) for p in effect["phases"]]
         for name, p in [*effect["parameters"].items(), *phases]:
             cells = quantity_cells(p["value"], p["sd"], p["unit"])
-            rows.append((effect["kind"], effect["at"], joint, name, *cells))
+            label = f"{name} (at its bound)" if p.get("is_on_bound") else name
+            rows.append((effect["kind"], effect["at"], joint, label, *cells))
     columns = ("kind", "at", "wheelset", "parameter", "value", "standard deviation")
     shown = [k for k, name in enumerate(columns) if name != "wheelset" or any(row[k] for row in rows)]
     title = "identified effect" + ("s" if len(report["effects"]) > 1 else "")

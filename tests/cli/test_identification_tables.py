@@ -38,3 +38,9 @@ def test_of_a_coach_wheelsets_and_bogies_are_distinguished() -> None:
     found = [effect("primary_lateral"), effect("primary_lateral", 3), effect("secondary_lateral")]
     found += [effect("secondary_lateral", 2)]
     assert wheelsets(*found, design="manchester_coach.yaml") == ["all", "3", "both bogies", "bogie 2"]
+
+
+def test_an_estimate_on_its_bound_is_marked() -> None:
+    found = effect("rig") | {"parameters": {"force": VALUE | {"is_on_bound": True}, "slip_speed": VALUE}}
+    columns = {column.header: list(column.cells) for column in effects_table({"effects": [found]}).columns}
+    assert columns["parameter"] == ["force (at its bound)", "slip_speed"]

@@ -125,7 +125,9 @@ def _errors(validation: Validation) -> dict[str, Any]:
 
 def _effects(result: LoopResult, *, of_nominal: bool = False) -> list[dict[str, Any]]:
     """Rows of the effects that were added, or of those that the nominal vehicle has already."""
-    sd = dict(zip(result.after.free.paths, result.after.sd, strict=True))
+    fit = result.after
+    sd = dict(zip(fit.free.paths, fit.sd, strict=True))
+    on_bound = {path for path, x in zip(fit.free.paths, fit.free.are_on_bound(fit.x), strict=True) if x}
     rows = []
     for group, i, effect in catalogued_effects(result, of_nominal=of_nominal):
         parameters = {
@@ -133,6 +135,7 @@ def _effects(result: LoopResult, *, of_nominal: bool = False) -> list[dict[str, 
                 "value": effect.parameters[p["key"]],
                 "sd": sd.get(f"{group}.{i}.{p['key']}"),
                 "unit": parameter_unit(p, unit_location(result, effect.at)),
+                "is_on_bound": f"{group}.{i}.{p['key']}" in on_bound,
             }
             for p in core.effect_record(effect.kind)["parameters"]
             if effect.parameters.get(p["key"]) is not None and p["role"] != "run"

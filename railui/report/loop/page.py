@@ -26,6 +26,7 @@ from railui.report.loop.page_tables import (
     detectable_rows,
     error_rows,
     mean_error_rows,
+    parameter_label,
     parameter_rows,
     profiles_text,
     quantity_row,
@@ -144,7 +145,7 @@ def _effects(report: Report, pictures: Sequence[EffectFigure]) -> list[Row]:
             "figure": figure,
             "source": core.effect_record(effect["kind"])["source"],
             "parameters": [
-                *(quantity_row(key.replace("_", " "), p) for key, p in effect["parameters"].items()),
+                *(quantity_row(parameter_label(key, p), p) for key, p in effect["parameters"].items()),
                 *(quantity_row(f"phase on {segment_text(p)}", p) for p in effect["phases"]),
             ],
         }

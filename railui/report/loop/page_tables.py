@@ -79,6 +79,11 @@ def _error_decimals(report: Report) -> int:
     return 3 if smallest >= 0.01 else 4 if smallest >= 1e-3 else 6
 
 
+def parameter_label(key: str, p: Mapping[str, Any]) -> str:
+    """Return the name of a parameter of an effect, and whether its estimate is on a bound of the catalogue."""
+    return f"{key.replace('_', ' ')}{' (at its bound)' if p.get('is_on_bound') else ''}"
+
+
 def quantity_row(name: str, p: Mapping[str, Any]) -> Row:
     """Return a value with its standard deviation, in a readable unit."""
     factor, unit = display_scale(p["value"], p["unit"])
