@@ -155,15 +155,14 @@ def _show_identification(call: Invocation, result: LoopResult, report: Mapping[s
         profiles_note,
     )
     from railui.report.loop.conditions import condition_notes
-    from railui.report.loop.notes import absent_cross_level_notes, track_noise_notes, unstructured_residual_notes
+    from railui.report.loop.notes import notes_on_errors
     from railui.report.loop.summary import summary_lines
 
     for line in summary_lines(report):
         call.show(line)
     call.show("")
     call.show(errors_table(report))
-    notes = [*track_noise_notes(result), *unstructured_residual_notes(result)]
-    for note in [*absent_cross_level_notes(result.dataset), *notes]:
+    for note in notes_on_errors(result):
         call.show(f"{note}\n")
     if report["conditions"] is not None:
         for note in condition_notes(result):

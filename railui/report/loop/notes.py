@@ -44,11 +44,20 @@ def report_notes(result: LoopResult) -> list[str]:
         *filter_notes(result.dataset),
         *unstated_input_noise_notes(result),
         *late_input_notes(result),
-        *absent_cross_level_notes(result.dataset),
-        *track_noise_notes(result),
-        *unstructured_residual_notes(result),
+        *notes_on_errors(result),
         *unreached_motion_notes(result),
         *gradual_slip_notes(result),
+    ]
+
+
+def notes_on_errors(result: LoopResult) -> list[str]:
+    """Return the notes without which the errors of a loop may be misread."""
+    return [
+        *absent_cross_level_notes(result.dataset),
+        *track_noise_notes(result),
+        *no_agreement_notes(result),
+        *overstated_noise_notes(result),
+        *unstructured_residual_notes(result),
     ]
 
 
@@ -116,6 +125,29 @@ def unstated_track_noise_notes(dataset: Dataset) -> list[str]:
         f"no noise stated for {', '.join(missing)}, and the channels do not determine it: taken as zero. Noise of the "
         "track columns passes through the vehicle into every channel; where it is not zero the noise floor is too low "
         "and the verdict can change"
+    ]
+
+
+def overstated_noise_notes(result: LoopResult) -> list[str]:
+    """Return a note where the error is clearly below the noise floor."""
+    floor, ratio = result.noise_floor, result.error_to_noise
+    if not ratio < 1.0 / result.context.settings.selection.adequate_ratio:
+        return []
+    inputs = "the input" if result.nominal.design.kind == "rig" else "the track columns"
+    source = "the channels" if floor.sensors_only**2 > 0.5 * floor.nrmse**2 else inputs
+    return [
+        f"the error is {ratio:.2f} times the noise floor: the noise of {source} is smaller in the compared band than "
+        f"{known_noise_text(floor.source)}; effects below the floor stay undetected"
+    ]
+
+
+def no_agreement_notes(result: LoopResult) -> list[str]:
+    """Return a note where the final model is no better than one that does not move."""
+    if not result.validations["after"].nrmse > 1.0:
+        return []
+    return [
+        "the final model is worse on the validation runs than one that does not move: its effects, locations and "
+        "parameters mean nothing; check signs, units, channels and synchronisation of these runs"
     ]
 
 

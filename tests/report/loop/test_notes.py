@@ -18,7 +18,13 @@ from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import calibrate_only
 from railui.identification.result import LoopResult
 from railui.report.loop.noise import noise_notes
-from railui.report.loop.notes import absent_cross_level_notes, unstated_track_noise_notes, unstructured_residual_notes
+from railui.report.loop.notes import (
+    absent_cross_level_notes,
+    no_agreement_notes,
+    overstated_noise_notes,
+    unstated_track_noise_notes,
+    unstructured_residual_notes,
+)
 from railui.vehicle.design_reader import load_design
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import effect
@@ -49,6 +55,34 @@ def test_a_residual_without_structure_is_attributed_to_forces_or_noise_with_its_
 @pytest.mark.parametrize("other", [{"error_to_noise": 1.05}, {"p": 0.001}, {"discrepancy": "a curve"}])
 def test_a_residual_at_the_floor_with_structure_or_localised_has_no_such_note(other: dict[str, Any]) -> None:
     assert unstructured_residual_notes(result(**({"error_to_noise": 1.2, "p": 0.5} | other))) == []
+
+
+@pytest.mark.parametrize(
+    ("ratio", "sensors_only", "kind", "named"),
+    [
+        (0.57, 0.02, "bogie", "the track columns"),
+        (0.57, 0.02, "rig", "the input"),
+        (0.57, 0.16, "bogie", "the channels"),
+        (0.97, 0.02, "bogie", None),
+        (float("nan"), 0.02, "bogie", None),
+    ],
+)
+def test_an_error_below_the_noise_floor_shows_that_noise_is_overstated(
+    ratio: float, sensors_only: float, kind: str, named: str | None
+) -> None:
+    floor = SimpleNamespace(nrmse=0.163, sensors_only=sensors_only, source="both")
+    nominal = SimpleNamespace(design=SimpleNamespace(kind=kind))
+    notes = overstated_noise_notes(result(ratio, p=0.5, noise_floor=floor, nominal=nominal))
+    assert [f"the noise of {named} is smaller" in note for note in notes] == ([] if named is None else [True])
+
+
+def test_a_model_that_agrees_with_nothing_is_said_to_mean_nothing() -> None:
+    def notes(nrmse: float) -> list[str]:
+        return no_agreement_notes(result(2.0, 0.5, validations={"after": SimpleNamespace(nrmse=nrmse)}))
+
+    (note,) = notes(7.1)
+    assert "check signs, units" in note
+    assert notes(0.9) == []
 
 
 def test_a_residual_of_the_validation_runs_alone_is_attributed_to_a_changing_vehicle() -> None:
