@@ -16,16 +16,18 @@ from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
 from railui.vehicle.multibody import Structure
 
-FAILED_FIT = "Without effects, the calibrated model is worse on validation than the nominal one, which replaces it. "
+FAILED_FIT = (
+    "The calibration without effects failed: worse on the validation runs than the nominal one, which takes its place."
+)
 PARAMETER_NAMES = {"half_width": "half-width"}
 
 
 def sentence(result: LoopResult) -> str:
     """Return the verdict with its evidence: effect or location, validation error, error expected from noise."""
-    failed = FAILED_FIT if result.is_failed_fit else ""
-    if result.is_out_of_time:
-        failed = f"The time budget ended before the search: best answer so far. {failed}"
-    return failed + _VERDICT_TEXTS[result.verdict](result)
+    text = _VERDICT_TEXTS[result.verdict](result)
+    if result.is_failed_fit:
+        text = f"{text} {FAILED_FIT}"
+    return f"The time budget ended before the search: best answer so far. {text}" if result.is_out_of_time else text
 
 
 def _none_text(result: LoopResult) -> str:

@@ -202,10 +202,10 @@ def test_the_remedy_names_the_numbers_to_free() -> None:
     assert group_lines({"groups": rows[1:]}) == []
 
 
-def test_a_failed_calibration_comes_first() -> None:
+def test_a_failed_calibration_comes_last() -> None:
     failed = result("none")
     failed.is_failed_fit = True  # type: ignore[misc]
-    assert sentence(failed).startswith("Without effects, the calibrated model is worse")
+    assert sentence(failed).endswith("worse on the validation runs than the nominal one, which takes its place.")
 
 
 @pytest.mark.parametrize(
