@@ -7,7 +7,7 @@ from typing import Any
 from railui import core
 from railui.identification.result import LoopResult
 from railui.identification.unmodelled.condition_dependence import ConditionDependence, ConditionParameter
-from railui.report.loop.wording import unit_location
+from railui.report.loop.wording import parameter_name, unit_location
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import parameter_unit
 from railui.vehicle.model import Model
@@ -58,19 +58,9 @@ def condition_notes(result: LoopResult) -> list[str]:
 def _values(result: LoopResult, dependence: ConditionDependence, row: ConditionParameter) -> str:
     unit = condition_unit(result, dependence.model, row.path)
     pairs = zip(dependence.conditions, row.values, row.sd, strict=True)
-    return f"{_name(dependence.model, row.path)} " + ", ".join(
+    return f"{parameter_name(dependence.model, row.path)} " + ", ".join(
         f"{quantity_with_sd(value, sd, unit)} at {condition}" for condition, value, sd in pairs
     )
-
-
-def _name(model: Model, path: str) -> str:
-    """Return a parameter with the kind of its effect, as `force of dry_friction`."""
-    group, _, rest = path.partition(".")
-    if group not in ("effects", "sensors"):
-        return path
-    number, _, key = rest.partition(".")
-    effects = model.design.effects if group == "effects" else model.sensors
-    return f"{key} of {effects[int(number)].kind}"
 
 
 def condition_unit(result: LoopResult, model: Model, path: str) -> str:

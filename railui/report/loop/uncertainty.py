@@ -9,9 +9,11 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.identification.estimation.fit import Fit
+from railui.report.loop.wording import parameter_name
 from railui.report.numbers import CONFIDENCE_FACTOR, DASH
 
 MAX_CORRELATED = 24  # parameters of the matrix; of more, those that correlate most
+MAX_NAMED = 4  # parameters that correlate with one
 MIN_NOTABLE = 0.5  # correlation with the parameter of an effect, from which it is named
 
 
@@ -65,16 +67,13 @@ def _cell(r: float, *, is_diagonal: bool) -> dict[str, Any]:
 
 def correlated_lines(fit: Fit, effects: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the parameters with which those of the identified effects trade off."""
-    matrix = correlation(fit)
+    matrix, names = correlation(fit), [parameter_name(fit.model, path) for path in fit.free.paths]
     lines = []
     for i, path in enumerate(fit.free.paths):
         if path.startswith(("effects.", "sensors.")) and "@" not in path and effects:
             others = sorted(range(len(matrix)), key=lambda j: -abs(matrix[i, j]))
-            named = [
-                f"{fit.free.paths[j]} ({matrix[i, j]:+.2f})"
-                for j in others
-                if j != i and abs(matrix[i, j]) >= MIN_NOTABLE
-            ]
+            notable = [j for j in others if j != i and abs(matrix[i, j]) >= MIN_NOTABLE]
+            named = [f"{names[j]} ({matrix[i, j]:+.2f})".replace("(-", "(−") for j in notable[:MAX_NAMED]]
             if named:
-                lines.append(f"{path} correlates with {', '.join(named[:4])}.".replace("-", "−"))
+                lines.append(f"{names[i]} correlates with {', '.join(named)}.")
     return lines

@@ -8,6 +8,7 @@ from typing import Any
 from railui import core
 from railui.identification.result import LoopResult
 from railui.identification.unmodelled.evidence import joint_of
+from railui.vehicle.model import Model
 from railui.vehicle.multibody import Structure
 
 # keys of the report, and their names on the page, in figures and tables
@@ -61,6 +62,16 @@ def effect_title(kind: str) -> str:
     if kind == "none":
         return "no effect added"
     return str(core.effect_record(kind)["title"])
+
+
+def parameter_name(model: Model, path: str) -> str:
+    """Return a parameter in words where it is that of an effect, as `slip speed of dry friction`."""
+    group, _, rest = path.partition(".")
+    if group not in ("effects", "sensors"):
+        return path
+    number, _, key = rest.partition(".")
+    effects = model.design.effects if group == "effects" else model.sensors
+    return f"{key.replace('_', ' ')} of {effect_title(effects[int(number)].kind)}"
 
 
 def location_text(at: str, wheelset: int | None = None, structure: Structure | None = None) -> str:
