@@ -51,3 +51,16 @@ def late_input_notes(result: LoopResult) -> list[str]:
         f"{', '.join(sorted(delays))} have the same delay: not they, but the input u is recorded {size:.3g} ms {late}; "
         f"correct it by `sensors: {{u: {{delay: {-1e3 * mean:.3g} ms}}}}`"
     ]
+
+
+def late_force_notes(result: LoopResult) -> list[str]:
+    """Return a note where the force of a component is late: its mounting may yield."""
+    if result.nominal.design.form != "bench":
+        return []
+    delays = [e.parameters["delay"] for e in result.after.model.effects if e.kind == "sensor_delay" and e.at == "F"]
+    return [
+        f"the force F is {1e3 * delay:.3g} ms late: a rubber mounting in series with the component delays it alike; "
+        "check the mounting (`maxwell_damper`) before the recorder"
+        for delay in delays
+        if isinstance(delay, float) and delay > 0.0
+    ]

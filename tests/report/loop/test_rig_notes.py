@@ -15,7 +15,7 @@ from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
 from railui.report.loop.motion_notes import gradual_slip_notes, unreached_motion_notes
-from railui.report.loop.rig_notes import late_input_notes, unstated_input_noise_notes
+from railui.report.loop.rig_notes import late_force_notes, late_input_notes, unstated_input_noise_notes
 from railui.vehicle.effects import PlacedEffect
 
 
@@ -95,3 +95,16 @@ def test_friction_that_slips_near_the_speed_of_the_motion_may_be_a_damper_with_a
     assert effect.kind == "dry_friction" and effect.parameters["slip_speed"] == pytest.approx(slip_speed, rel=0.05)
     notes = gradual_slip_notes(found)
     assert len(notes) == is_noted and all("blow-off valve" in n and "in the rig: the slip speed of" in n for n in notes)
+
+
+@pytest.mark.parametrize(
+    ("form", "delays", "count"),
+    [("bench", {"F": 4e-3}, 1), ("bench", {"F": -4e-3}, 0), ("bench", {}, 0), ("rig", {"F": 4e-3}, 0)],
+)
+def test_a_late_force_of_a_component_may_be_that_of_its_mounting(
+    form: str, delays: dict[str, float], count: int
+) -> None:
+    found = result(segment(z=1.0, F=1.0), **delays)
+    found.nominal = SimpleNamespace(design=SimpleNamespace(form=form))  # type: ignore[misc]
+    notes = late_force_notes(found)
+    assert len(notes) == count and all("4 ms late" in note and "mounting" in note for note in notes)
