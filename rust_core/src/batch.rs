@@ -43,10 +43,11 @@ impl LaneGroup {
     }
 }
 
-/// Vehicles of a group: sixteen, or eight where sixteen would leave one thread with most of the work. It depends on
-/// nothing but the number of vehicles, and so do the digits.
+/// Vehicles of a group: sixteen, in which one part hides the latency of the other; eight where sixteen would leave one
+/// thread of a pool with most of the work. The digits of a vehicle do not depend on the others in its group.
 fn group_size(count: usize) -> usize {
-    if 2 * count <= 3 * LANES { LANES / 2 } else { LANES }
+    let is_shared = rayon::current_thread_index().is_some() && rayon::current_num_threads() > 1;
+    if is_shared && 2 * count <= 3 * LANES { LANES / 2 } else { LANES }
 }
 
 /// Steps of a run from which it takes longer than to make its groups ready.
