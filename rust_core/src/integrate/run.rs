@@ -55,11 +55,11 @@ impl<F: Form> Job for Along<'_, '_, '_, F> {
             Interleave::None => self.widest_first::<P>(),
             Interleave::Eights if P::WIDTH == LANES => self.step_in_groups::<P::Single>(LANES / 2),
             Interleave::Eights => self.step_in_groups::<P>(LANES / 2),
-            // AVX-512 has registers enough for two of each number: both are worked on in the same lines
             Interleave::Straight if P::WIDTH == LANES && self.run.live > P::Single::WIDTH => {
                 self.step_in_groups::<P>(LANES)
             }
-            Interleave::Straight => self.step_in_groups::<P::Single>(P::WIDTH),
+            Interleave::StraightEights if P::WIDTH == LANES => self.step_in_groups::<P::Single>(LANES / 2),
+            Interleave::Straight | Interleave::StraightEights => self.step_in_groups::<P::Single>(P::WIDTH),
         }
     }
 }

@@ -40,7 +40,7 @@ impl Run<'_, '_> {
             }
             for step in 0..if last { 1 } else { steps } {
                 let begin = 2 * (steps * k + step);
-                if let Interleave::Straight = F::INTERLEAVE {
+                if let Interleave::Straight | Interleave::StraightEights = F::INTERLEAVE {
                     self.straight(parts, begin, last, (step == 0).then_some(k));
                     continue;
                 }
