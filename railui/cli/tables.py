@@ -75,13 +75,16 @@ def format_count(number: int, noun: str) -> str:
 
 
 def print_table(table: Table, stream: IO[str]) -> None:
-    """Print a table, at the width of the terminal where there is one."""
+    """Print a table and its notes, at the width of the terminal where there is one."""
     from rich.console import Console
 
     # names come from files: square brackets in them are text, never markup
     width = None if stream.isatty() else DEFAULT_WIDTH
-    console = Console(file=stream, width=width, markup=False, emoji=False)
+    console = Console(file=stream, width=width, markup=False, emoji=False, highlight=False)
+    notes, table.caption = table.caption, None
     console.print(fit_to_width(table, console))
+    if notes is not None:  # a caption would be wrapped at the width of the table
+        console.print(notes, style="table.caption")
 
 
 def fit_to_width(table: Table, console: Console) -> Table:
@@ -92,7 +95,7 @@ def fit_to_width(table: Table, console: Console) -> Table:
     from rich import box
     from rich.measure import Measurement
 
-    table.title_justify = table.caption_justify = "left"
+    table.title_justify = "left"
     for column in table.columns:
         column.overflow = "fold"
     natural = Measurement.get(console, console.options.update(max_width=10 * DEFAULT_WIDTH), table).maximum

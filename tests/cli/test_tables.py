@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from railui.cli.tables import fit_to_width, make_table
+from railui.cli.tables import fit_to_width, make_table, print_table
 
 COLUMNS = (
     "speed [m/s]",
@@ -57,3 +57,10 @@ def test_sections_are_separated_by_a_rule() -> None:
 
 def test_an_empty_section_adds_no_rule() -> None:
     assert printed(make_table(("a",), [(1,)], [])) == printed(make_table(("a",), [(1,)]))
+
+
+def test_notes_are_printed_at_the_width_of_the_terminal_not_of_the_table() -> None:
+    note = "linear: without creep_saturation, whose slopes at rest are in rest_critical_speed [1 of 2]"
+    stream = io.StringIO()
+    print_table(make_table(("a",), [(1,)], caption=f"{note}\nsecond"), stream)
+    assert stream.getvalue().splitlines()[-2:] == [note, "second"]
