@@ -92,6 +92,15 @@ class Stability(DesignResult):
         """Modes at every speed: speed, real, imag, frequency, damping, decrement, shape."""
         return tuple(self.data["modes"])
 
+    @property
+    def least_damped_oscillations(self) -> tuple[Mapping[str, Any], ...]:
+        """The oscillation with the smallest damping ratio at every speed that has one, as in `modes`."""
+        from railui.running_stability.modes import least_damped_mode
+
+        oscillations = [mode for mode in self.modes if mode["imag"] > 0]
+        found = (least_damped_mode(m for m in oscillations if m["speed"] == v) for v in self.speeds)
+        return tuple(mode for mode in found if mode is not None)
+
     def to_frame(self) -> pandas.DataFrame:
         """Return the modes as a pandas.DataFrame, one row for each speed and mode; ImportError without pandas."""
         from railui.api.frames import frame_of_rows

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,6 +18,9 @@ from railui.cli.arguments import (
 from railui.cli.invocation import Invocation, StatusLine, common_options
 from railui.cli.quantities import parse_speeds
 from railui.cli.tables import format_fixed, make_table
+
+if TYPE_CHECKING:
+    from railui.api.stability import Stability
 
 BIFURCATION = {"hard": "subcritical", "soft": "amplitude falls gradually"}
 
@@ -62,23 +65,20 @@ def command(
 
         draw_stability(result, figure)
         call.info(f"wrote {figure}")
-    call.show(_modes_table(result))
+    call.show(_modes_table(found))
     call.show(_critical_speeds_table(result))
     call.write_json(call.document("stability", found.body(), input_files(design, source), found.seed))
 
 
-def _modes_table(result: Mapping[str, Any]) -> Any:
-    """Return the least damped oscillation at every speed."""
+def _modes_table(found: Stability) -> Any:
+    """Return the oscillation with the smallest damping ratio at every speed."""
     rows = []
     last_shape = ""
-    for v in result["speeds"]:
-        oscillations = [mode for mode in result["modes"] if mode["speed"] == v and mode["imag"] > 0]
-        if oscillations:
-            mode = max(oscillations, key=lambda m: float(m["real"]))
-            shape = mode["shape"] if mode["shape"] != last_shape else ""
-            numbers = (f"{mode['real']:.4f}", f"{mode['frequency']:.3f}", f"{mode['damping']:.4f}")
-            rows.append((f"{v:g}", *numbers, f"{mode['decrement']:.4f}", shape))
-            last_shape = mode["shape"]
+    for mode in found.least_damped_oscillations:
+        shape = mode["shape"] if mode["shape"] != last_shape else ""
+        numbers = (f"{mode['real']:.4f}", f"{mode['frequency']:.3f}", f"{mode['damping']:.4f}")
+        rows.append((f"{mode['speed']:.4g}", *numbers, f"{mode['decrement']:.4f}", shape))
+        last_shape = mode["shape"]
     columns = ("speed [m/s]", "Re [1/s]", "frequency [Hz]", "damping ratio", "log. decrement", "mode shape")
     return make_table(columns, rows, title="least damped oscillation")
 
@@ -97,10 +97,19 @@ def _critical_speeds_table(result: Mapping[str, Any]) -> Any:
         reason = practical["decided_by"] or "admissible at all speeds"
         rows.append(("ride criteria", *_speed(result["practical_critical_speed"], 1), reason))
     wavelength = result["klingel_wavelength"]
-    klingel = f"Klingel wavelength {wavelength:.3f} m; " if wavelength else ""
-    caption = f"{klingel}smallest damping ratio over the speeds {result['linear_damping']:.4f}"
+    klingel = [f"Klingel wavelength {wavelength:.3f} m"] if wavelength else []
     columns = ("critical speed", "m/s", "km/h", "")
-    return make_table(columns, rows, caption="\n".join([caption, *result["notes"]]))
+    return make_table(columns, rows, caption="\n".join([*klingel, _damping_note(result), *result["notes"]]))
+
+
+def _damping_note(result: Mapping[str, Any]) -> str:
+    """Return the smallest damping ratio over the speeds, with its speed, frequency and mode."""
+    text = f"smallest damping ratio over the speeds {result['linear_damping']:.4f}"
+    mode = result["linear_damping_mode"]
+    if mode is None:
+        return text
+    motion = f"{mode['frequency']:.3f} Hz" if mode["imag"] else "without oscillation"
+    return f"{text}, at {mode['speed']:.4g} m/s: {motion}, {mode['shape']}"
 
 
 def _limit_cycle_text(result: Mapping[str, Any]) -> str:

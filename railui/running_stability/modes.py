@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.vehicle.dofs import body_and_motion
-from railui.vehicle.linear import damping_ratio, state_matrices
+from railui.vehicle.linear import MIN_ROOT, damping_ratio, state_matrices
 from railui.vehicle.model import Model
 
 MIN_SHOWN_MOTION: Final = 0.25  # share of the largest motion of a shape below which a body is not named
@@ -41,6 +41,17 @@ def modes_at_speeds(model: Model, speeds: Sequence[float]) -> list[dict[str, Any
     v = np.asarray(speeds, dtype=float)
     matrices = state_matrices(model, np.repeat(model.row[None], len(v), axis=0), v)
     return [mode for speed, matrix in zip(speeds, matrices, strict=True) for mode in _modes(model, speed, matrix)]
+
+
+def root_of(mode: Mapping[str, Any]) -> complex:
+    """Return the root [1/s] of a mode."""
+    return complex(mode["real"], mode["imag"])
+
+
+def least_damped_mode(modes: Iterable[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """Return the mode with the smallest damping ratio, but for constants; None without any."""
+    moving = [mode for mode in modes if abs(root_of(mode)) >= MIN_ROOT]
+    return min(moving, key=lambda mode: float(mode["damping"]), default=None)
 
 
 def _modes(model: Model, speed: float, matrix: FloatArray) -> list[dict[str, Any]]:

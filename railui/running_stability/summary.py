@@ -18,7 +18,7 @@ from railui.running_stability.critical_speed import (
     klingel_wavelength_of,
 )
 from railui.running_stability.limit_cycles import LimitCycles, find_limit_cycles, with_flange
-from railui.running_stability.modes import modes_at_speeds
+from railui.running_stability.modes import least_damped_mode, modes_at_speeds, root_of
 from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.design_reader import Design
 from railui.vehicle.linear import least_damping, linearisation_notes, state_matrices
@@ -65,10 +65,10 @@ def stability(
     dict
         linear_critical_speed [m/s] and, of estimated parameters, its standard deviation linear_critical_speed_sd,
         linear_critical_frequency [Hz], rest_critical_speed (all effects linearised about
-        the state of rest), linear_damping (least ratio over the speeds), klingel_wavelength [m], fold_speed and `fold`
-        (with `fold`: hard or soft loss, amplitude, frequency, bistable range, diagram), practical_critical_speed and
-        `practical` (with `track`), modes, notes. None for values that were not requested, and for critical speeds
-        beyond the range.
+        the state of rest), linear_damping (least ratio over the speeds), linear_damping_mode (that mode),
+        klingel_wavelength [m], fold_speed and `fold` (with `fold`: hard or soft loss, amplitude, frequency, bistable
+        range, diagram), practical_critical_speed and `practical` (with `track`), modes, notes. None for values that
+        were not requested, and for critical speeds beyond the range.
 
     Raises
     ------
@@ -102,7 +102,8 @@ def stability(
         "linear_critical_speed_sd": critical_speed_sd(model, 2.0 * grid[-1]) if linear else None,
         "linear_critical_frequency": None if linear is None else linear.frequency,
         "rest_critical_speed": None if rest is None else rest.speed,
-        "linear_damping": float(least_damping(np.array([complex(mode["real"], mode["imag"]) for mode in modes]))),
+        "linear_damping": float(least_damping(np.array([root_of(mode) for mode in modes]))),
+        "linear_damping_mode": least_damped_mode(modes),
         "klingel_wavelength": klingel_wavelength_of(model, model.row),
         "fold_speed": None,
         "fold": None,

@@ -53,6 +53,22 @@ def test_the_command_prints_all_critical_speeds_in_one_table(tmp_path: Path) -> 
     assert (tmp_path / "s.svg").read_text().count("<svg") == 1
 
 
+def test_the_table_and_the_note_rank_modes_by_their_damping_ratio(tmp_path: Path) -> None:
+    """A slow motion of the carbody decays more slowly than the frame, with a greater damping ratio."""
+    design, file = str(HOME / "designs/bogie_under_coach.yaml"), str(tmp_path / "s.json")
+    words = ["--speeds", "5,10", "--json", file]
+    done = CliRunner().invoke(cli, ["stability", design, *words])
+    result = json.loads(Path(file).read_text())
+    mode = result["linear_damping_mode"]
+    assert mode in result["modes"] and mode["damping"] == result["linear_damping"]
+    slowest = max((m for m in result["modes"] if m["speed"] == mode["speed"]), key=lambda m: m["real"])
+    assert slowest["damping"] > mode["damping"]
+    note = f"{mode['damping']:.4f}, at {mode['speed']:g} m/s: {mode['frequency']:.3f} Hz, {mode['shape']}"
+    assert note in done.output
+    [row] = [line for line in done.output.splitlines() if line.startswith(f"│ {mode['speed']:g} ")]
+    assert f"{mode['damping']:.4f}" in row
+
+
 def test_the_command_rejects_invalid_input() -> None:
     for words in (["--speeds", "150"], ["--speeds", "60:20:5"], ["--track", "erri_b176_hi"]):
         done = CliRunner().invoke(cli, ["stability", str(HOME / "designs/check_bogie.yaml"), *words])
