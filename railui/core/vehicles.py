@@ -155,7 +155,14 @@ class Vehicles:
         return self._core.structure_file(batch)
 
     def required_steps(
-        self, batch: Batch, slowest: float, fastest: float, dt: float, *, damped_mode_step: float = 1.0
+        self,
+        batch: Batch,
+        slowest: float,
+        fastest: float,
+        dt: float,
+        *,
+        damped_mode_step: float = 1.0,
+        limit: int = MAX_STEPS_PER_SAMPLE,
     ) -> list[int]:
         """Compute the number of RK4 steps per sample of each vehicle between two speeds.
 
@@ -168,13 +175,15 @@ class Vehicles:
             Sampling interval [s].
         damped_mode_step : float
             Largest abs(lambda) h of linear modes with a damping ratio of 0.7 and more; that of all others is 1.
+        limit : int
+            Largest accepted number.
 
         Raises
         ------
         ValueError
-            Where a vehicle needs too many.
+            Where a vehicle needs more than `limit`.
         """
-        return self._core.steps(batch, (slowest, fastest), dt, damped_mode_step, MAX_STEPS_PER_SAMPLE)
+        return self._core.steps(batch, (slowest, fastest), dt, damped_mode_step, limit)
 
     def eigenvalues(self, batch: Batch, speed: float) -> ComplexArray:
         """Return the eigenvalues [vehicle, state] of the linear vehicles, largest real part first.

@@ -120,9 +120,10 @@ class _Shooting:
         samples = max(MIN_SAMPLES_PER_PERIOD, round(speed / frequency / SAMPLE_SPACING))
         slowest, fastest = MIN_SPEED_FACTOR * speed, MAX_SPEED_FACTOR * speed
         longest_dt = 1.25 * SAMPLE_SPACING / speed  # that at the lowest speed
-        steps = runs.vehicles.required_steps(runs.single, slowest, fastest, longest_dt)[0]
+        sampling = runs.sampling(slowest, fastest, longest_dt)
+        samples, steps = samples * sampling.refinement, sampling.steps
         table = level_track(samples + 1, 1.0).table(runs.model.wheelset_spacing(), steps)
-        series, _ = runs.run(motion.states, np.array([speed]), table, speed, SAMPLE_SPACING / speed, steps)
+        series, _ = runs.run(motion.states, np.array([speed]), table, speed, sampling.spacing / speed, steps)
         size = np.abs(series[0, len(runs.wheelsets) :]).max(axis=1)
         scale = np.where(size > 0, size, 1.0)
         return cls(runs, np.append(scale, [speed / frequency, speed]), table, steps, samples)

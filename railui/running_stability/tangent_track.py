@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.core import Batch, Vehicles
+from railui.core.vehicles import MAX_STEPS_PER_SAMPLE
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource
 from railui.vehicle.dofs import is_lateral
@@ -19,7 +20,8 @@ from railui.vehicle.model import Model
 
 BoolArray = NDArray[np.bool_]
 
-SAMPLE_SPACING: Final = 0.1  # m
+SAMPLE_SPACING: Final = 0.1  # m, of vehicles that MAX_STEPS_PER_SAMPLE resolve
+MAX_REFINEMENT: Final = 64  # parts of SAMPLE_SPACING at which stiff vehicles are sampled
 SEGMENT_LENGTH: Final = 250.0  # m over which amplitude and frequency are evaluated
 MAX_DISTANCE: Final = 20e3  # m after which a run ends
 AMPLITUDE_TOLERANCE: Final = 1e-5  # relative change from segment to segment, twice in a row, of a steady motion
@@ -58,6 +60,19 @@ class Motion:
         return Motion(self.speeds[rows], self.states[rows], *(x[rows] if len(x) else x for x in parts))  # type: ignore[arg-type]
 
 
+@dataclass(frozen=True)
+class Sampling:
+    """Sampling of a run: parts into which SAMPLE_SPACING is divided, and RK4 steps per sample."""
+
+    refinement: int
+    steps: int
+
+    @property
+    def spacing(self) -> float:
+        """Distance of the samples [m]."""
+        return SAMPLE_SPACING / self.refinement
+
+
 class TangentTrackRuns:
     """Runs of one vehicle on straight track; speeds and initial states share SIMD batches."""
 
@@ -86,19 +101,43 @@ class TangentTrackRuns:
     def advance(self, motion: Motion) -> Motion:
         """Simulate one segment of track and return the motion at its end."""
         n, slowest, fastest = len(motion), float(motion.speeds.min()), float(motion.speeds.max())
-        steps = self.vehicles.required_steps(self.single, slowest, fastest, SAMPLE_SPACING / slowest)[0]
-        dt = SAMPLE_SPACING / fastest
-        series, diverged_at = self.run(motion.states, motion.speeds, self._table(steps), fastest, dt, steps)
-        has_diverged = diverged_at >= 0
-        e = series[:, : len(self.wheelsets)]
+        sampling = self.sampling(slowest, fastest, SAMPLE_SPACING / slowest)
+        e, states, has_diverged = self._segment(motion, fastest, sampling)
         amplitudes = half_range(e)
         amplitudes[has_diverged] = np.inf
         previous = motion.amplitudes if len(motion.amplitudes) else np.full(n, np.nan)
         with np.errstate(invalid="ignore"):
             is_steady = np.abs(amplitudes - previous) <= AMPLITUDE_TOLERANCE * amplitudes
-        frequencies = _frequencies(e, SAMPLE_SPACING / motion.speeds)
-        states = np.where(has_diverged[:, None], 0.0, series[:, len(self.wheelsets) :, -1])
+        frequencies = _frequencies(e, sampling.spacing / motion.speeds)
         return Motion(motion.speeds, states, amplitudes, frequencies, is_steady)
+
+    def sampling(self, slowest: float, fastest: float, dt: float) -> Sampling:
+        """Return the sampling that the vehicle needs between two speeds [m/s], `dt` [s] apart at SAMPLE_SPACING.
+
+        ValueError for a vehicle too stiff even for the finest one.
+        """
+        limit = MAX_STEPS_PER_SAMPLE * MAX_REFINEMENT
+        steps = self.vehicles.required_steps(self.single, slowest, fastest, dt, limit=limit)[0]
+        refinement = 1
+        while steps > MAX_STEPS_PER_SAMPLE:  # a power of two, or three times one
+            refinement, steps = 2 * refinement, steps // 2
+        return Sampling(refinement, steps)
+
+    def _segment(
+        self, motion: Motion, fastest: float, sampling: Sampling
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Simulate one segment of track, in as many parts of equal numbers of samples as the sampling is refined.
+
+        Return displacements [n, wheelset, sample], the states [n, state] at its end, and which vehicles diverged [n].
+        """
+        dt, table = sampling.spacing / fastest, self._table(sampling.steps)
+        states, has_diverged, parts = motion.states, np.zeros(len(motion), dtype=bool), []
+        for part in range(sampling.refinement):
+            series, diverged_at = self.run(states, motion.speeds, table, fastest, dt, sampling.steps)
+            has_diverged |= diverged_at >= 0
+            states = np.where(has_diverged[:, None], 0.0, series[:, len(self.wheelsets) :, -1])
+            parts.append(series[:, : len(self.wheelsets), min(part, 1) :])
+        return np.concatenate(parts, axis=2) if len(parts) > 1 else parts[0], states, has_diverged
 
     def run(
         self, states: FloatArray, speeds: FloatArray, table: FloatArray, fastest: float, dt: float, steps: int
@@ -152,7 +191,7 @@ class TangentTrackRuns:
         return settled
 
     def _table(self, steps: int) -> FloatArray:
-        """Return the input table of one segment of level track."""
+        """Return the input table of one segment of level track, of SAMPLE_SPACING."""
         if steps not in self._tables:
             samples = int(SEGMENT_LENGTH / SAMPLE_SPACING) + 1
             level = level_track(samples, SAMPLE_SPACING)

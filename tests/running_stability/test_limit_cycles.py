@@ -103,3 +103,26 @@ def test_critical_speeds_of_many_are_those_of_each() -> None:
     stiff = Model(model.design.with_values({"vehicle.primary.lateral_stiffness": 4e6}))
     both = nonlinear_critical_speeds([model, stiff], [50.0, 70.0])
     assert both[1] == find_limit_cycles(stiff, [50.0, 70.0], diagram=False).critical_speed
+
+
+FRICTION = PlacedEffect("dry_friction", "primary_lateral", None, {"force": 8e3, "slip_speed": 2e-3})
+
+
+def test_a_stiff_friction_damper_is_sampled_more_finely_at_low_speed() -> None:
+    model = with_effects(SLIPPERY, FLANGE, FRICTION)
+    runs = TangentTrackRuns(model)
+    with pytest.raises(ValueError, match="steps per sample"):
+        runs.vehicles.required_steps(runs.single, 5.0, 5.0, 0.02)
+    assert runs.sampling(5.0, 5.0, 0.02).refinement > 1 == runs.sampling(50.0, 50.0, 0.002).refinement
+    slow, fast = (find_limit_cycles(model, [v, 60.0, 70.0], diagram=False).critical_speed for v in (5.0, 50.0))
+    assert slow == pytest.approx(fast, abs=0.05)
+
+
+def test_a_segment_in_parts_ends_in_the_same_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = TangentTrackRuns(with_effects(SLIPPERY, FLANGE, FRICTION))
+    start = runs.start(np.array([30.0, 40.0]), runs.displaced_state(5e-3))
+    whole = runs.advance(start)
+    monkeypatch.setattr("railui.running_stability.tangent_track.MAX_STEPS_PER_SAMPLE", 8)
+    parts = runs.advance(start)
+    np.testing.assert_allclose(parts.states, whole.states, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(parts.amplitudes, whole.amplitudes, rtol=1e-4)
