@@ -71,14 +71,27 @@ def critical_speeds_text(
         text.append(*_speed_cell(current.get(kind), computing == kind, has_both, HIGHEST_SPEEDS[kind]))
         if base is not None:
             known = base.get(kind)
-            shown = "..." if known is None else "none" if known["speed"] is None else f"{known['speed']:.1f}"
-            text.append(f"  base {shown}", "dim")
+            text.append(f"  base {_base_cell(known)}", "dim")
         text.append("\n")
-    decided = (current.get("ride") or {}).get("decided_by")
-    if decided and width:
-        text.append(reason_text(str(decided), width), "dim")
+    reason = _reason(current)
+    if reason and width:
+        text.append(reason_text(reason, width), "dim")
     text.rstrip()
     return text
+
+
+def _reason(current: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return why a critical speed was not computed; else the criterion that decides the ride."""
+    failures = (f"{KINDS[kind]}: {known['failure']}" for kind, known in current.items() if known.get("failure"))
+    return next(failures, str((current.get("ride") or {}).get("decided_by") or ""))
+
+
+def _base_cell(known: Mapping[str, Any] | None) -> str:
+    if known is None:
+        return "..."
+    if known.get("failure"):
+        return "failed"
+    return "none" if known["speed"] is None else f"{known['speed']:.1f}"
 
 
 def reason_text(reason: str, width: int) -> str:
@@ -97,6 +110,8 @@ def _speed_cell(known: Mapping[str, Any] | None, is_computing: bool, has_both: b
     columns = 18 if has_both else 9
     if known is None:
         return ("computing" if is_computing else "waiting").ljust(columns), "dim"
+    if known.get("failure"):
+        return "failed".ljust(columns), "bold"
     if known["speed"] is None:
         return (f"none up to {highest:g} m/s" if has_both else "none").ljust(columns), "bold"
     return speed_text(known["speed"])[:columns].ljust(columns), "bold"

@@ -77,6 +77,8 @@ def cycles_plot(known: Known, base: Known | None) -> PlotData:
     x, y = Axis("V", "m/s"), Axis("amplitude", "mm", low=0.0)
     if current is None:
         return PlotData(x, y, placeholder="computing the nonlinear critical speed")
+    if current.get("failure"):
+        return PlotData(x, y, placeholder=str(current["failure"]))
     lines = _cycle_lines(base["nonlinear"], "base") if base is not None and "nonlinear" in base else []
     lines += _cycle_lines(current, "current")
     limits = [LimitLine(MM_PER_M * current["clearance"], "flange"), *critical_lines(known)]
@@ -84,6 +86,8 @@ def cycles_plot(known: Known, base: Known | None) -> PlotData:
 
 
 def _cycle_lines(result: Mapping[str, Any], role: str) -> list[Line]:
+    if result.get("failure"):
+        return []
     lines = []
     for key, label, is_points in (("from_above", "hunting", False), ("from_below", "small offset", True)):
         points = np.array([(r["speed"], r[key]) for r in result["diagram"] if r.get(key) is not None]).reshape(-1, 2)

@@ -15,7 +15,9 @@ from railui.api.modes import follow_modes
 from railui.desk.messages import JobDone, ProgressEvent
 from railui.desk.presenters.critical_speeds import HIGHEST_SPEED, critical_key
 from railui.desk.presenters.design_results import MODE_SPEEDS, Comparison, DesignResults, load_track
+from railui.desk.services.files import failure_text
 from railui.desk.services.jobs import BackgroundJob, Checkpoints
+from railui.progress import Stopped
 
 if TYPE_CHECKING:
     from railui.running_stability.mode_tracking import TrackedMode
@@ -53,14 +55,24 @@ def track_both(results: Comparison) -> Message:
 
 
 def compute_critical(job: BackgroundJob, wanted: Sequence[tuple[DesignResults, str]]) -> Message:
-    """Compute critical speeds one after the other; each is posted as soon as it is known."""
+    """Compute critical speeds one after the other; each, or its failure, is posted as soon as it is known."""
     for results, kind in wanted:
         key = critical_key(results.design, results.conditions.track)
         job.checkpoint()
         job.owner.post_message(ProgressEvent(job.name, CriticalSpeedEvent(key, kind)))
-        result = _nonlinear(job, results) if kind == "nonlinear" else _ride_criteria(job, results)
+        result = _critical(job, results, kind)
         job.owner.post_message(ProgressEvent(job.name, CriticalSpeedEvent(key, kind, result)))
     return JobDone(job.name, None)
+
+
+def _critical(job: BackgroundJob, results: DesignResults, kind: str) -> dict[str, Any]:
+    """Return one critical speed; of a computation that failed no speed, and the text of its error."""
+    try:
+        return _nonlinear(job, results) if kind == "nonlinear" else _ride_criteria(job, results)
+    except Stopped:
+        raise
+    except Exception as error:
+        return {"speed": None, "failure": failure_text(error)}
 
 
 def _nonlinear(job: BackgroundJob, results: DesignResults) -> dict[str, Any]:

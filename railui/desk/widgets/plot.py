@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from textwrap import wrap
 from typing import Any, ClassVar
 
 import numpy as np
@@ -86,8 +87,9 @@ The mouse moves the cursor too; its wheel zooms.
         if width < 4 or height < 2:
             return canvas.strips()
         if not self.data.lines and not self.data.bands:
-            text = self.data.placeholder
-            canvas.write(max(0, (width - len(text)) // 2), height // 2, text, self._style("label"))
+            rows = wrap(self.data.placeholder, width)[:height]
+            for i, text in enumerate(rows, (height - len(rows) + 1) // 2):
+                canvas.write((width - len(text)) // 2, i, text, self._style("label"))
             return canvas.strips()
         cursor = self.cursor if self.has_focus else None
         text = self.cursor_text() if cursor is not None else ""

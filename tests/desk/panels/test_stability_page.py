@@ -125,3 +125,17 @@ async def test_the_band_over_speed_spans_the_rides_of_every_seed(open_desk: Open
         await keys.wait_until(lambda: all(band.is_complete for band in page.bands.values()))
         data = keys.desk.query_one("#band-weighted_acceleration", Plot).data
         assert [line.label for line in data.lines] == ["base", "current"] and len(data.bands) == 2
+
+
+async def test_a_computation_that_fails_is_shown_as_failed(
+    open_desk: OpenDesk, bogie: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise ValueError("the fastest motion needs 9e9 steps")
+
+    monkeypatch.setattr("railui.desk.services.stability_jobs._nonlinear", fail)
+    async with open_desk(bogie, size=(160, 48)) as keys:
+        await keys.press("l")
+        await keys.wait_until(lambda: "ride" in limits(keys, "damping"))  # the next one is computed all the same
+        text = str(keys.desk.query_one("#critical", Static).content)
+        assert "failed" in text and "nonlinear: the fastest motion needs 9e9 steps" in text

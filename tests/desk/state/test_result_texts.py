@@ -12,7 +12,7 @@ from railui.desk.presenters.critical_speeds import critical_speeds_text
 from railui.desk.presenters.loop_history import LoopHistory
 from railui.desk.presenters.loop_plots import force_plot
 from railui.desk.presenters.loop_text import multiple_shooting_note
-from railui.desk.presenters.stability_plots import modes_text
+from railui.desk.presenters.stability_plots import cycles_plot, modes_text
 from railui.desk.presenters.verdict_rows import no_next_run_text
 from railui.desk.presenters.verdict_stages import loop_stages
 from railui.report.loop.force_evaluation import SuspensionForce
@@ -64,3 +64,13 @@ def test_the_loss_of_stability_counts_real_roots(roots: tuple[complex, ...], tex
 def test_a_critical_speed_that_was_not_reached_has_the_end_of_its_search() -> None:
     text = critical_speeds_text({kind: {"speed": None} for kind in ("linear", "nonlinear", "ride")}, None, "", 60)
     assert [line.split()[-2] for line in text.plain.splitlines()] == ["150", "90", "90"]
+
+
+def test_a_critical_speed_that_failed_has_its_reason() -> None:
+    failed = {"speed": None, "failure": "the fastest motion needs 9e9 steps per sample of 0.02 s"}
+    known = {"linear": {"speed": 50.0}, "nonlinear": failed, "ride": {"speed": 40.0, "decided_by": "comfort"}}
+    lines = critical_speeds_text(known, known, "", 60).plain.splitlines()
+    assert lines[1].split() == ["nonlinear", "failed", "base", "failed"]
+    assert lines[3].startswith("nonlinear: the fastest motion needs")
+    assert cycles_plot(known, known).placeholder == failed["failure"]
+    assert not cycles_plot(known, known).lines
