@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from railui.report.ride.figures import RidePanels
     from railui.ride_quality.evaluation import TrackLike
     from railui.track.excitation import Excitation
+    from railui.vehicle.resolve import ModelSource
 
 UNITS: Final[Mapping[str, str]] = {
     "score": "1",
@@ -218,5 +219,26 @@ def compute_ride(
 
     excitation = excitation_of(track, speed, seed)
     data = ride(design, excitation.source, excitation.speed, jobs=jobs)
+    add_instability_notes(design, [data])
     source = excitation.source
     return Ride(design, data, input_paths(design, source.file), source.seed, excitation=excitation)
+
+
+def add_instability_notes(design: ModelSource, results: Sequence[dict[str, Any]]) -> None:
+    """Add the linear critical speed to the notes of rides that diverged above it."""
+    diverged = [result for result in results if result["diverged"] is not None]
+    if not diverged:
+        return
+    from railui.api.modes import linear_critical_speed
+    from railui.vehicle.resolve import resolve_model
+
+    model = resolve_model(design)
+    critical = linear_critical_speed(model, max(result["speed"] for result in diverged))
+    if critical is None:
+        return
+    has_flange = any(effect.kind == "flange_contact" for effect in model.effects)
+    motion = "" if has_flange else ", and the design has no flange_contact: nothing limits its motion"
+    at = f"above {critical:.4g} m/s" if critical else "at every speed from 1 m/s"
+    for result in diverged:
+        if result["speed"] > critical:
+            result["notes"] = [*result["notes"], f"linear: unstable {at}{motion}"]

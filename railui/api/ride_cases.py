@@ -56,6 +56,7 @@ def ride_cases(
     >>> len(result["cases"]), result["worst"]["speed"]
     (4, 40.0)
     """
+    from railui.api.ride import add_instability_notes
     from railui.ride_quality.evaluation import excitation_of, simulate_rides
     from railui.track.excitation import resolve_track
     from railui.vehicle.resolve import resolve_model
@@ -68,6 +69,7 @@ def ride_cases(
         for speed in speeds:
             cases += simulate_rides([model], excitation_of(source, speed), jobs)
             progress.message(f"{len(cases)} of {len(asked) * len(speeds)} simulations")
+    add_instability_notes(model, cases)
     return summarise_cases(cases)
 
 

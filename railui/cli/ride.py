@@ -52,6 +52,7 @@ COMPARED = (
     "flange_margin",
     "safety_share",
 )
+SHARED_NOTES = ("comfort:", "cross-level:", "linear:")  # notes of the table of several rides
 LABELS = {"class": "class, no acceptance"}
 # rows of a line with curves
 LINE_QUANTITIES = {
@@ -158,7 +159,7 @@ def _write_time_series(
     if series is not None:
         from railui.io.series_file import write_series
 
-        title = f"simulated by railui {document['version']}: {design.name} on {source.name} at {speed:g} m/s"
+        title = f"simulated by railui {document['version']}: {design.name} on {source.name} at {speed:.4g} m/s"
         write_series(series, panels.series.by_header(), [title])
         call.info(f"wrote {series}")
     if plot is not None:
@@ -176,12 +177,14 @@ def _simulate_cases(
     design: Design, sources: list[TrackSource], speeds: list[float], call: Invocation
 ) -> list[dict[str, Any]]:
     from railui import ride_many
+    from railui.api.ride import add_instability_notes
 
     cases: list[dict[str, Any]] = []
     for source in sources:
         for v in speeds:
             cases += ride_many([design], source, v, call.jobs)
             call.status(f"{len(cases)} of {len(sources) * len(speeds)} simulations")
+    add_instability_notes(design, cases)
     return cases
 
 
@@ -194,7 +197,7 @@ def _single_table(result: dict[str, Any]) -> Any:
     rows += _line_rows(result.get("line"))
     if result["diverged"]:
         rows.append(("simulation diverged at s", format_cell(result["diverged"]["at_s"]), "m"))
-    title = f"{result['track']} at {result['speed']:g} m/s ({3.6 * result['speed']:g} km/h)"
+    title = f"{result['track']} at {result['speed']:.4g} m/s ({3.6 * result['speed']:.4g} km/h)"
     return make_table(
         ("ride quality", "", "unit"), rows, title=title, caption="\n".join([*result["notes"], *forces["notes"]])
     )
@@ -220,7 +223,7 @@ def _criteria_rows(criteria: list[dict[str, Any]]) -> list[tuple[str, str, str]]
 
 def _cases_table(body: dict[str, Any]) -> Any:
     cases = [
-        (f"{case['speed']:g}", format_cell(case["seed"]), *(format_cell(case[key]) for key in COMPARED))
+        (f"{case['speed']:.4g}", format_cell(case["seed"]), *(format_cell(case[key]) for key in COMPARED))
         for case in body["cases"]
     ]
     statistics = [
@@ -229,6 +232,6 @@ def _cases_table(body: dict[str, Any]) -> Any:
     ]
     columns = ("speed [m/s]", "seed", *(key.replace("_", " ") for key in COMPARED))
     worst = body["worst"]
-    caption = [f"worst, at {worst['speed']:g} m/s: {worst['class']}, {worst['decided_by']}", GRADE_NOTE]
-    caption += dict.fromkeys(note for case in body["cases"] for note in case["notes"] if note.startswith("comfort:"))
+    caption = [f"worst, at {worst['speed']:.4g} m/s: {worst['class']}, {worst['decided_by']}", GRADE_NOTE]
+    caption += dict.fromkeys(note for case in body["cases"] for note in case["notes"] if note.startswith(SHARED_NOTES))
     return make_table(columns, cases, statistics, title=body["cases"][0]["track"], caption="\n".join(caption))

@@ -114,15 +114,17 @@ def _source_of_file(path: Path) -> TrackSource:
     from railui.track.reader import MAX_SPACING, MIN_SPACING, load_track
 
     columns = load_track(path)
+    absent = () if columns.phiw.any() else (f"cross-level: taken as zero, {path.name} has no phiw",)
     if not columns.from_run:
-        return TrackSource(along_mean_line(_track_of(columns)), path.name, path, columns.sha256, notes=columns.notes)
+        notes = (*columns.notes, *absent)
+        return TrackSource(along_mean_line(_track_of(columns)), path.name, path, columns.sha256, notes=notes)
     irregularities = (columns.yw, columns.phiw, columns.gauge)
     spacing = float(np.clip(round(float(np.median(np.diff(columns.s))), 3), MIN_SPACING, MAX_SPACING))
     line = {"curvature": columns.curvature, "cant": columns.cant}
     even = equally_spaced(columns.s, *irregularities, spacing=spacing, conventions=columns.conventions, **line)
     track = along_mean_line(even)
     segment = f"its longest segment, {track.length:.6g} m, resampled every {spacing:g} m"
-    notes = (f"track of the run {path.name}: {segment}", *line_notes(track))
+    notes = (f"track of the run {path.name}: {segment}", *absent, *line_notes(track))
     return TrackSource(track, path.name, path, columns.sha256, notes=notes)
 
 

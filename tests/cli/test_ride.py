@@ -132,3 +132,21 @@ def test_an_override_that_contradicts_the_masses_is_warned_of() -> None:
     done = run_ride("--speed", "40", "vehicle.wheel_load=55")
     assert "4 x wheel load is 0.22 kN, the masses weigh" in done.stderr
     assert "the masses weigh" not in run_ride("--speed", "40", "vehicle.wheel_load=54e3").stderr
+
+
+def test_a_track_without_cross_level_is_noted(tmp_path: Path) -> None:
+    rows = [(0.25 * i, 1e-3 * math.sin(i / 9), 2e-4 * math.sin(i / 7)) for i in range(800)]
+    for head, columns, is_noted in (("s [m],yw [m]", 2, True), ("s [m],yw [m],phiw [rad]", 3, False)):
+        file = tmp_path / "line.csv"
+        file.write_text("\n".join([head, *(",".join(f"{x:.7g}" for x in row[:columns]) for row in rows)]) + "\n")
+        done = run("ride", BOGIE, "--track", str(file), "--speed", "40")
+        assert ("cross-level: taken as zero, line.csv has no phiw" in done.output) == is_noted
+
+
+def test_a_ride_that_diverges_names_the_linear_critical_speed() -> None:
+    words = ("ride", str(ROOT / "designs/check_bogie.yaml"), "--track", "erri_b176_high length=800")
+    note = "linear: unstable above 61.64 m/s, and the design has no flange_contact: nothing limits its motion"
+    assert note in document(run(*words, "--speed", "80", "--json", "-"))["notes"]
+    single, several = run(*words, "--speeds", "30"), run(*words, "--speeds", "30,80")
+    assert note in several.output and "linear: unstable" not in single.output
+    assert document(run(*words, "--speeds", "30,80", "--json", "-"))["cases"][1]["notes"][-1] == note
