@@ -16,7 +16,7 @@ from railui.execution.session import Session
 from railui.execution.tasks import Runner
 from railui.execution.threads import ThreadRunner
 from railui.optimisation.optimise import FRESH_SEED_SETS as FRESH_SEED_SETS
-from railui.optimisation.optimise import checked_cases, optimise
+from railui.optimisation.optimise import checked_cases, has_seeds, optimise
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study as SearchStudy
 from railui.progress import SILENT, Progress
@@ -250,18 +250,20 @@ def search_in_directory(
 
 
 class SearchSize(NamedTuple):
-    """Size of a search: designs to evaluate, cases of each, time steps of all."""
+    """Size of a search: designs to evaluate, cases of each, time steps of all, and whether a track has a seed."""
 
     designs: int
     cases: int
     steps: int
+    has_seeds: bool
 
 
 def search_size(study: SearchStudy) -> SearchSize:
     """Return the size of a search before it runs; FileProblems for objectives that the cases cannot evaluate."""
     cases = checked_cases(study)
     designs = study.method.population * study.method.generations
-    return SearchSize(designs, len(cases), designs * sum(len(case.excitation.track) for case in cases))
+    steps = designs * sum(len(case.excitation.track) for case in cases)
+    return SearchSize(designs, len(cases), steps, has_seeds(cases))
 
 
 def study_inputs(study: SearchStudy) -> tuple[Path, ...]:

@@ -125,10 +125,10 @@ def _show_plan(study: Study, directory: Path, call: Invocation) -> None:
 
     check_directory(study, directory)
     size = search_size(study)
+    again = f", then the front on {FRESH_SEED_SETS} sets of fresh seeds" if size.has_seeds else ""
     call.show(
         f"{size.designs} designs by {study.method.kind} on {format_count(size.cases, 'case')}, "
-        f"{size.steps:.1e} time steps, "
-        f"then the front on {FRESH_SEED_SETS} sets of fresh seeds; to {directory}"
+        f"{size.steps:.1e} time steps{again}; to {directory}"
     )
     body = {"study": study.name, "evaluations": size.designs, "cases": size.cases, "samples": size.steps}
     call.write_json(call.document("plan", body, [study.source], study.method.seed))
@@ -149,8 +149,10 @@ def _table(result: Mapping[str, Any]) -> Any:
         for key in baseline or knee
     ]
     points = (result["baseline"], None if result["knee"] is None else result["pareto"][result["knee"]])
+    is_repeated = any(x is not None for point in points if point for x in point["fresh"]["mean"])
+    repeated = " (fresh seeds)" if is_repeated else ""
     objectives = [
-        (f"{aim['sense']} {aim['key']}, {aim['over']} (fresh seeds)", *(_objective(point, i) for point in points))
+        (f"{aim['sense']} {aim['key']}, {aim['over']}{repeated}", *(_objective(point, i) for point in points))
         for i, aim in enumerate(result["aims"])
     ]
     constraints = [

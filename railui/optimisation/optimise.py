@@ -40,6 +40,7 @@ from railui.ride_quality.statistics import ride_statistics
 from railui.track import parse_spec
 
 FRESH_SEED_SETS: Final = 8  # on which the front is evaluated again
+NO_SEEDS_NOTE: Final = "fresh: null, the tracks are files without seeds, on which a design is evaluated once"
 RIDE_QUALITY_KEYS: Final = (
     "score",
     "comfort_hours",
@@ -108,7 +109,8 @@ def optimise(
     baseline = baseline_values(study)
     search = Search(study, assess_designs, progress)
     front, assessment = _sorted_front(study, search.run(), assess_designs)
-    search.report(f"evaluating {len(front) + 1} designs again on {FRESH_SEED_SETS} sets of fresh seeds")
+    if has_seeds(cases):
+        search.report(f"evaluating {len(front) + 1} designs again on {FRESH_SEED_SETS} sets of fresh seeds")
     fresh = fresh_objectives(study, np.vstack([baseline, front]), evaluate)
     signs = np.array([objective_sign(objective) for objective in study.objectives])
     best = knee(assessment.objectives, signs) if len(front) else None
@@ -135,7 +137,7 @@ def optimise(
         "hypervolume": hypervolumes(search.history),
         "riding": {"before": riding[0], "after": None if best is None else riding[1]},
         "sensitivities": sensitivities,
-        "notes": [] if (note := fixed_transfer_note(study.design)) is None else [note],
+        "notes": _notes(study, cases),
         "warnings": result_warnings(study, DesignSpace(study.variables).to_unit(front), best),
         "seconds": time.perf_counter() - start,
     }
@@ -147,6 +149,16 @@ def checked_cases(study: Study) -> list[Case]:
     cases = cases_of(study)
     check_objectives(study, cases)
     return cases
+
+
+def has_seeds(cases: Sequence[Case]) -> bool:
+    """Return True if a track has a seed: objectives vary from seed to seed."""
+    return any(case.excitation.source.seed is not None for case in cases)
+
+
+def _notes(study: Study, cases: Sequence[Case]) -> list[str]:
+    notes = [] if (note := fixed_transfer_note(study.design)) is None else [note]
+    return notes if has_seeds(cases) else [*notes, NO_SEEDS_NOTE]
 
 
 def _sorted_front(study: Study, front: FloatArray, assess_designs: Assess) -> tuple[FloatArray, Assessment]:
@@ -168,7 +180,7 @@ def fresh_objectives(study: Study, x: FloatArray, evaluator: Evaluator) -> Float
     """
     objectives = np.full((FRESH_SEED_SETS, len(x), len(study.objectives)), np.nan)
     sets = [cases_of(study, fresh=k) for k in range(FRESH_SEED_SETS)]
-    if all(case.excitation.source.seed is None for case in sets[0]):
+    if not has_seeds(sets[0]):
         return objectives
     # all sets in one call, so that all threads and machines are busy
     table = response_table(list(chain(*sets)), x, required_keys(study), evaluator)

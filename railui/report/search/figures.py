@@ -42,6 +42,11 @@ def objective_values(points: Sequence[Report], which: str = "objectives") -> Flo
     return np.array([[np.nan if x is None else x for x in row] for row in rows], dtype=float)
 
 
+def has_fresh_seeds(report: Report) -> bool:
+    """Return True if the objectives of any design were evaluated again on fresh seeds."""
+    return bool(np.isfinite(objective_values([report["baseline"], *report["pareto"]], "mean")).any())
+
+
 def front_pictures(report: Report) -> list[Picture]:
     """Draw every objective against the first: with the baseline, and the front alone."""
     if not report["pareto"]:

@@ -34,6 +34,7 @@ def _contents(study: Study, report: Report) -> Row:
     return {
         "report": report,
         "sentence": sentence(report),
+        "has_fresh_seeds": figures.has_fresh_seeds(report),
         "fronts": figures.front_pictures(report),
         "parallel": figures.parallel_coordinates(study, report),
         "progress": figures.hypervolume_history(report),
@@ -43,7 +44,7 @@ def _contents(study: Study, report: Report) -> Row:
         "chosen": selected_designs(study, report),
         "riding": _ride_quality(report),
         "front": _front(study, report),
-        "cases": _cases(study),
+        "cases": _cases(study, report),
         "failures": sorted(report["failures"].items(), key=lambda row: -row[1]),
         "provenance": _provenance(report),
     }
@@ -64,7 +65,7 @@ def sentence(report: Report) -> str:
 
 def selected_designs(study: Study, report: Report) -> Row:
     """Return the table of the baseline, the knee point and the best design of each objective."""
-    points = _selected_points(report)
+    points, is_repeated = _selected_points(report), figures.has_fresh_seeds(report)
     rows: list[Row] = []
     for variable in study.variables:
         values = [point["variables"][variable.path] for _, point in points]
@@ -77,6 +78,8 @@ def selected_designs(study: Study, report: Report) -> Row:
         unit = _unit(aim["key"])
         cells = [format_number(point["objectives"][j]) for _, point in points]
         rows.append({"name": f"{aim['sense']} {figures.objective_text(aim)}", "unit": unit, "cells": cells})
+        if not is_repeated:
+            continue
         fresh = [format_with_sd(point["fresh"]["mean"][j], point["fresh"]["sd"][j]) for _, point in points]
         rows.append({"name": "on fresh seeds", "unit": unit, "cells": fresh, "quiet": True})
     for j, limit in enumerate(report["limits"]):
@@ -114,6 +117,7 @@ def _ride_quality(report: Report) -> list[Row]:
 def _front(study: Study, report: Report) -> Row:
     """Return the table of the whole front."""
     scales = [display_scale([v.lowest, v.highest], v.unit) for v in study.variables]
+    is_repeated = figures.has_fresh_seeds(report)
     head = [f"{v.path} [{unit or 1}]" for v, (_, unit) in zip(study.variables, scales, strict=True)]
     rows = []
     for i, point in enumerate(report["pareto"]):
@@ -122,16 +126,16 @@ def _front(study: Study, report: Report) -> Row:
         cells = [
             *(format_number(factor * value) for (factor, _), value in values),
             *map(format_number, point["objectives"]),
-            *(format_with_sd(mean, sd) for mean, sd in fresh),
+            *(format_with_sd(mean, sd) for mean, sd in fresh if is_repeated),
             *map(format_number, point["constraints"]),
         ]
         rows.append({"index": i, "knee": i == report["knee"], "cells": cells})
     objectives = [figures.objective_text(aim) for aim in report["aims"]]
-    on_fresh_seeds = [f"{objective}, fresh" for objective in objectives]
+    on_fresh_seeds = [f"{objective}, fresh" for objective in objectives if is_repeated]
     return {"head": [*head, *objectives, *on_fresh_seeds, *report["limits"]], "rows": rows}
 
 
-def _cases(study: Study) -> list[tuple[str, str]]:
+def _cases(study: Study, report: Report) -> list[tuple[str, str]]:
     """Return the cases on which every design was evaluated."""
     c = study.cases
     scenarios = [
@@ -140,8 +144,8 @@ def _cases(study: Study) -> list[tuple[str, str]]:
     ]
     rows = [
         ("tracks", "; ".join(c.track)),
-        ("speeds", ", ".join(f"{v:g} m/s" for v in c.speed)),
-        ("seeds", ", ".join(map(str, c.seed))),
+        ("speeds", ", ".join(f"{v:.4g} m/s" for v in c.speed)),
+        *([("seeds", ", ".join(map(str, c.seed)))] if figures.has_fresh_seeds(report) else []),
         ("scenarios", "; ".join(scenario or "as designed" for scenario in scenarios)),
         ("samples of the covariance", str(c.draws)),
     ]

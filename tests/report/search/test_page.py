@@ -6,6 +6,7 @@ import base64
 import json
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -78,13 +79,30 @@ def test_baseline_and_knee_point_are_shown_with_their_spread_on_fresh_seeds(
     assert len(fresh) == len(aims) and all("±" in cell for cell in fresh)
 
 
+def test_a_track_file_has_no_fresh_seeds(tmp_path: Path) -> None:
+    """A file without seeds: neither table nor page speaks of a second evaluation."""
+    track = CliRunner().invoke(cli, ["track", "erri_b176_low", "length=200", "-o", str(tmp_path / "line.csv")])
+    assert track.exit_code == 0
+    study = write_study(tmp_path, population=8, generations=2)
+    text = study.read_text("utf-8").replace("erri_b176_low length=300", "line.csv").replace("  seed: [1, 2]\n", "")
+    study.write_text(text, "utf-8")
+    plan = CliRunner().invoke(cli, ["optimise", str(study), "--dry-run"])
+    done = CliRunner().invoke(cli, ["optimise", str(study), "-o", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "fresh: null, the tracks are files without seeds" in done.output
+    for words in (plan.output, done.output, Page(page).words["front"], Page(page).words["chosen"]):
+        assert "fresh seeds" not in words and "Crosses" not in words
+    assert "fresh" not in Page(page).words["table"]
+
+
 def test_a_value_at_a_bound_of_the_search_range_is_marked():
     """Over two decades the search is logarithmic: 1.5e3 is 9 % of the way from 1e3 to 1e5."""
     path = "vehicle.secondary.yaw_damping"
     study = SimpleNamespace(variables=[Variable(path, 1e3, 1e5, "N*m*s/rad")], constraints=[])
 
     def point(value: float) -> dict[str, Any]:
-        return {"variables": {path: value}, "objectives": [], "constraints": []}
+        return {"variables": {path: value}, "objectives": [], "constraints": [], "fresh": {"mean": [], "sd": []}}
 
     report = {"baseline": point(1.5e3), "pareto": [point(1e5)], "knee": 0, "aims": [], "limits": []}
     table = selected_designs(study, report)  # type: ignore[arg-type]
