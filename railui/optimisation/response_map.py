@@ -186,9 +186,9 @@ def response_map(
     Returns
     -------
     dict
-        `x`, `y`: name, paths, unit, values; `of`: by key its unit, `values` [y][x] and the `baseline` of the design;
-        `failures`: number of vehicles by reason; `notes`. NaN for a vehicle that failed, and for a critical speed above
-        the range of the search.
+        `x`, `y`: name, paths, unit, values; `of`: by key its unit, `values` [y][x], the `baseline` of the design and
+        the number of vehicles whose critical speed is `beyond` the range of the search; `failures`: number of vehicles
+        by reason; `notes`. NaN for a vehicle that failed, and for a critical speed above the range of the search.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def response_map(
             notes.append(f"{key}: null where there is none up to {MAX_SPEED:g} m/s, {int(beyond[1:].sum())} vehicles")
         values = np.where(beyond, np.nan, values)
         unit, grid = RESPONSE_KEYS[key].unit, values[1:].reshape(len(y.values), len(x.values))
-        of[key] = {"unit": unit, "values": grid, "baseline": float(values[0])}
+        of[key] = {"unit": unit, "values": grid, "baseline": float(values[0]), "beyond": int(beyond[1:].sum())}
     reasons = [str(reason) for reason in table.reasons[1:, 0] if reason]
     return {
         "x": _axis_document(x, design),

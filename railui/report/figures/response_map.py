@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from railui.io.number_format import typeset_unit
+from railui.optimisation.response_keys import MAX_SPEED
 from railui.report.figures.drawing import axis_label, figure_file
 from railui.report.numbers import readable_scale
 
@@ -47,7 +48,7 @@ def draw_map_panel(ax: Axes, document: Mapping[str, Any], key: str) -> None:
     own = [document[name]["baseline"] for name in "xy"]
     if None not in own and _inside(own[0], document["x"]) and _inside(own[1], document["y"]):
         at = (scales[0][0] * own[0], scales[1][0] * own[1])
-        ax.plot(*at, "*", color="black", ms=11, mec="white", mew=0.7, label="design")
+        ax.plot(*at, "*", color="black", ms=11, mec="white", mew=0.7, label="design", clip_on=False)
         ax.legend(frameon=True, fontsize=8, loc="best")
     label = axis_label(key.replace("_", " "), "" if unit == "1" else typeset_unit(unit))
     ax.figure.colorbar(mesh, ax=ax, label=label)
@@ -57,8 +58,21 @@ def draw_map_panel(ax: Axes, document: Mapping[str, Any], key: str) -> None:
     ]
     ax.set_xlabel(labels[0])
     ax.set_ylabel(labels[1])
+    # "nearest" draws whole cells, half of which lie beyond the first and the last value
+    for limits, ends in ((ax.set_xlim, x), (ax.set_ylim, y)):
+        if ends[-1] > ends[0]:
+            limits(ends[0], ends[-1])
     if not np.isfinite(values).all():
-        ax.set_title("grey: no value", fontsize=8)
+        ax.set_title(f"grey: {missing_text(document, key)}", fontsize=8)
+
+
+def missing_text(document: Mapping[str, Any], key: str) -> str:
+    """Return in words why vehicles of a map have no value of a key."""
+    one = document["of"][key]
+    missing = sum(value is None or not np.isfinite(value) for row in one["values"] for value in row)
+    if not one.get("beyond"):
+        return "no value"
+    return f"none up to {MAX_SPEED:g} m/s" + (", or no value" if missing > one["beyond"] else "")
 
 
 def _inside(value: float, axis: Mapping[str, Any]) -> bool:
