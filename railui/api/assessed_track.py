@@ -107,7 +107,7 @@ class Assessment(DesignResult):
 
     def summary_title(self) -> str:
         """Return track, vehicle and speed."""
-        return f"{self.track}, assessed by {self.design.name} at {self.speed:g} m/s"
+        return f"{self.track}, assessed by {self.design.name} at {self.speed:.4g} m/s"
 
     def summary_rows(self) -> list[SummaryRow]:
         """Return the worst sections and the agreement with the geometry."""

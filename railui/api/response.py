@@ -141,7 +141,7 @@ class Response(DesignResult):
 
     def summary_title(self) -> str:
         """Return the vehicle and its speed."""
-        return f"linear response of {self.design.name} at {self.speed:g} m/s"
+        return f"linear response of {self.design.name} at {self.speed:.4g} m/s"
 
     def summary_rows(self) -> list[SummaryRow]:
         """Return the root that decays most slowly and the rms of each channel."""

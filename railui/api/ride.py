@@ -191,7 +191,7 @@ class Ride(DesignResult):
 
     def summary_title(self) -> str:
         """Return vehicle, track and speed."""
-        return f"{self.design.name} on {self.track} at {self.speed:g} m/s ({3.6 * self.speed:g} km/h)"
+        return f"{self.design.name} on {self.track} at {self.speed:.4g} m/s ({3.6 * self.speed:.4g} km/h)"
 
     def summary_rows(self) -> list[SummaryRow]:
         """Return class, deciding criterion and the values of the ride."""

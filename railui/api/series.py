@@ -125,5 +125,5 @@ def simulate_design(
     headers = (header.rpartition(" [") for header in result.by_header())
     units = {name: unit.removesuffix("]") for name, _, unit in headers}
     diverged_at = None if result.diverged_at is None else excitation.distance_at(result.diverged_at)
-    title = f"{design.name} on {excitation.source.name} at {excitation.speed:g} m/s"
+    title = f"{design.name} on {excitation.source.name} at {excitation.speed:.4g} m/s"
     return Series(title, result.columns, units, diverged_at)

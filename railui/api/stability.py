@@ -143,7 +143,7 @@ class Stability(DesignResult):
 
     def summary_title(self) -> str:
         """Return the vehicle and the range of speeds."""
-        return f"stability of {self.design.name}, {self.speeds[0]:g} to {self.speeds[-1]:g} m/s"
+        return f"stability of {self.design.name}, {self.speeds[0]:.4g} to {self.speeds[-1]:.4g} m/s"
 
     def summary_rows(self) -> list[SummaryRow]:
         """Return the critical speeds."""

@@ -116,7 +116,7 @@ def _table(result: Mapping[str, Any]) -> Any:
     notes = [GRADE_NOTE, *([f"{len(sections) - MAX_ROWS} more in the JSON"] if len(sections) > MAX_ROWS else [])]
     if result["agreement"] is not None:
         notes.append(f"rank correlation of ride quality and geometry (sd of 3 to 25 m): {result['agreement']:.2f}")
-    title = f"{result['track']} at {result['speed']:g} m/s, worst first"
+    title = f"{result['track']} at {result['speed']:.4g} m/s, worst first"
     return make_table(
         COLUMNS, map(_row, sections[:MAX_ROWS]), title=title, caption="\n".join([*notes, *result["notes"]])
     )

@@ -87,7 +87,7 @@ def _export_state_space(
         )
     }
     caption = [f"delays of the wheelsets [s]: {', '.join(f'{tau:.6g}' for tau in space.delays)}", *space.notes]
-    _report(call, names, f"state space of {space.name} at {space.speed:g} m/s", caption)
+    _report(call, names, f"state space of {space.name} at {space.speed:.4g} m/s", caption)
     head = {"design": loaded.name, "overrides": overrides, "file": file, "speed": space.speed}
     body = head | names | {"delays": space.delays, "notes": list(space.notes)}
     call.write_json(call.document("export", body, [design]))
@@ -110,7 +110,7 @@ def _export_fmu(
     with usage_errors("--fmu"):
         write_fmu(file, vehicle)
     names = {"input": _variables(vehicle.inputs), "output": _variables(vehicle.outputs)}
-    caption = [f"parameters: speed {vehicle.speed:g} m/s, start_distance, {len(vehicle.parameters)} of the vehicle"]
+    caption = [f"parameters: speed {vehicle.speed:.4g} m/s, start_distance, {len(vehicle.parameters)} of the vehicle"]
     _report(call, names, f"FMU of {vehicle.name}", caption)
     head = {"design": loaded.name, "overrides": overrides, "file": file, "speed": vehicle.speed}
     body = head | names | {"parameter": _variables(vehicle.parameters), "notes": []}

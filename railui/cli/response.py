@@ -91,7 +91,7 @@ def _table(result: Mapping[str, Any]) -> Any:
 
 
 def _title(result: Mapping[str, Any]) -> str:
-    speed = f"linear response at {result['speed']:g} m/s"
+    speed = f"linear response at {result['speed']:.4g} m/s"
     return speed if result["density"] is None else f"{speed}: {result['density']}"
 
 

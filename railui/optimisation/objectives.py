@@ -157,7 +157,7 @@ def _check_duration(name: str, key: str, cases: Sequence[Case], findings: Findin
     if name == "n_mv" and (case := case_too_short_for_n_mv(cases)) is not None:
         excitation = case.excitation
         length = 300 * excitation.speed
-        duration = f"{excitation.source.name} at {excitation.speed:g} m/s lasts {excitation.duration:.4g} s"
+        duration = f"{excitation.source.name} at {excitation.speed:.4g} m/s lasts {excitation.duration:.4g} s"
         findings.add(key, f"n_mv needs 300 s, {duration}", f"use a track of {length:.6g} m")
 
 

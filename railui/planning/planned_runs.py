@@ -78,14 +78,26 @@ def planned_runs(
         source = _long_enough(track, sections * max(speeds) * duration + SPARE_LENGTH, seed)
         if source.track.has_curves:
             raise ValueError(f"{source.name} has curves: plan runs on tangent track, which the loop needs")
-        for speed in speeds:
-            runs += _runs_on(source, speed, duration, sections, source.name if len(tracks) > 1 else "")
+        for speed, label in _speed_labels(speeds).items():
+            runs += _runs_on(source, speed, label, duration, sections, source.name if len(tracks) > 1 else "")
     return [replace(run, load=load, name=f"{run.name}, {load}") for load in loads for run in runs] if loads else runs
 
 
-def _runs_on(source: TrackSource, speed: float, duration: float, sections: int, track: str) -> list[PlannedRun]:
+def _speed_labels(speeds: Sequence[float]) -> dict[float, str]:
+    """Return every speed [m/s] as text, to four digits unless two of them would be alike, since they name runs.
+
+    >>> _speed_labels([20.0, 140 / 3.6]), _speed_labels([30.001, 30.002])
+    ({20.0: '20 m/s', 38.888888888888886: '38.89 m/s'}, {30.001: '30.001 m/s', 30.002: '30.002 m/s'})
+    """
+    short = {speed: f"{speed:.4g} m/s" for speed in speeds}
+    return short if len(set(short.values())) == len(short) else {speed: f"{speed:.9g} m/s" for speed in speeds}
+
+
+def _runs_on(
+    source: TrackSource, speed: float, label: str, duration: float, sections: int, track: str
+) -> list[PlannedRun]:
     """Return the runs at a speed on the sections of a track; `track`: its name where there are several."""
-    length, label = speed * duration, f"{speed:g} m/s"
+    length = speed * duration
     if length > source.track.length:
         longest = source.track.length / speed
         raise ValueError(
@@ -144,7 +156,7 @@ def _simulate(
     segment = Segment(run.name, role, 0, {**columns, **responses}, dt, kind, run_index=index)
     series, diverged = Predictor(model, segment).simulate()
     if diverged[0] >= 0:
-        raise ValueError(f"the vehicle diverges at {run.speed:g} m/s")
+        raise ValueError(f"the vehicle diverges at {run.speed:.4g} m/s")
     measured: Mapping[str, FloatArray] = dict(zip(segment.channels, series[0], strict=True))
     return replace(segment, columns={**columns, **measured}, tables={})
 

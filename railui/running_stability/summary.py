@@ -135,7 +135,7 @@ def _linear_notes(model: Model, linear: CriticalSpeed | None, rest: CriticalSpee
     notes = linearisation_notes(model, ", whose slopes at rest are in rest_critical_speed")
     for key, critical in (("linear_critical_speed", linear), ("rest_critical_speed", rest)):
         if critical is None:
-            notes.append(f"{key}: none up to {highest:g} m/s")
+            notes.append(f"{key}: none up to {highest:.4g} m/s")
         elif not critical.speed:
             notes.append(f"{key}: 0, unstable at every speed from 1 m/s")
     return notes
@@ -143,7 +143,7 @@ def _linear_notes(model: Model, linear: CriticalSpeed | None, rest: CriticalSpee
 
 def _fold_notes(cycles: LimitCycles, highest: float) -> list[str]:
     if cycles.critical_speed is None:
-        return [f"fold_speed: none, no steady hunting from flange to flange up to {highest:g} m/s"]
+        return [f"fold_speed: none, no steady hunting from flange to flange up to {highest:.4g} m/s"]
     if not cycles.is_subcritical:
         return ["fold_speed: below it hunting no longer reaches the flanges; its amplitude decreases without a jump"]
     return []
@@ -231,12 +231,12 @@ def practical_critical_speed(
     speed: float | None = None
     notes = []
     if inadmissible is None:
-        notes.append(f"practical_critical_speed: none, the class is admissible up to {admissible:g} m/s")
+        notes.append(f"practical_critical_speed: none, the class is admissible up to {admissible:.4g} m/s")
     elif not admissible:
-        notes.append(f"practical_critical_speed: null, not admissible at {inadmissible:g} m/s")
+        notes.append(f"practical_critical_speed: null, not admissible at {inadmissible:.4g} m/s")
     else:
         if admissible < speeds[0]:
-            notes.append(f"practical_critical_speed: below the range of speeds, not admissible at {speeds[0]:g} m/s")
+            notes.append(f"practical_critical_speed: below the range of speeds, not admissible at {speeds[0]:.4g} m/s")
         while inadmissible - admissible > SPEED_TOLERANCE:
             middle = 0.5 * (admissible + inadmissible)
             if is_admissible(middle):

@@ -150,3 +150,10 @@ def test_a_ride_that_diverges_names_the_linear_critical_speed() -> None:
     single, several = run(*words, "--speeds", "30"), run(*words, "--speeds", "30,80")
     assert note in several.output and "linear: unstable" not in single.output
     assert document(run(*words, "--speeds", "30,80", "--json", "-"))["cases"][1]["notes"][-1] == note
+
+
+def test_speeds_in_km_h_are_shown_with_four_digits() -> None:
+    single, several = run_ride("--speed", "140 km/h"), run_ride("--speeds", "140:150:10 km/h")
+    assert "at 38.89 m/s (140 km/h)" in single.output and "│ 38.89 " in several.output
+    assert "38.888" not in single.output + several.output
+    assert document(run_ride("--speed", "140 km/h", "--json", "-"))["speed"] == pytest.approx(140 / 3.6, abs=1e-12)

@@ -110,7 +110,7 @@ def _build_logger(source: Path, track: str, speed: float, seconds: float, seed: 
     line = spec.build()
     motion = railui.simulate(vehicle, line, speed, COMPARED_CHANNELS)
     if not all(np.all(np.isfinite(motion[name])) for name in COMPARED_CHANNELS):
-        raise RuntimeError(f"the simulation of {vehicle.name} diverges at {speed:g} m/s: lower the speed")
+        raise RuntimeError(f"the simulation of {vehicle.name} diverges at {speed:.4g} m/s: lower the speed")
     motion |= {"v": np.full_like(motion["t"], speed), "phiw": line.phiw, "gauge": line.gauge}
     geometry = WheelsetGeometry(
         vehicle.value("vehicle.geometry.half_wheelbase"),

@@ -60,7 +60,7 @@ def _mode_points(speeds: FloatArray, values: FloatArray, label: str, role: str) 
 
 def _speed_line(results: DesignResults) -> LimitLine:
     speed = results.conditions.speed
-    return LimitLine(speed, f"{speed:g}", is_vertical=True)
+    return LimitLine(speed, f"{speed:.4g}", is_vertical=True)
 
 
 def displacement_series(current: DesignResults, base: DesignResults) -> PlotData:
