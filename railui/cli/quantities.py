@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +13,8 @@ MAX_CANT = 0.5  # m
 MIN_DURATION, MAX_DURATION = 20.0, 3600.0  # s, of a planned run
 MIN_CURVE_RADIUS, MAX_CURVE_RADIUS = 10.0, 1e6  # m
 DEFAULT_INTERVALS = 20  # of a range without a step
+HINTED_INTERVALS = 6  # of the range that an error suggests
+HYPHENATED_RANGE = re.compile(r"\s*(\d*\.?\d+)\s*[-\u2013]\s*(\d*\.?\d+)\s*([^\d:]*)")  # 30-60 km/h
 
 
 def inclusive_range(first: float, last: float, step: float | None = None) -> list[float]:
@@ -289,6 +292,11 @@ def option_callback(parse: Callable[[str], Any]) -> Callable[[click.Context, cli
 def _split_range(text: str) -> list[str]:
     """Split FIRST:LAST:STEP into its one to three parts."""
     ends = [end.strip() for end in text.split(":")]
+    if match := HYPHENATED_RANGE.fullmatch(text):
+        first, last = sorted((float(match[1]), float(match[2])))
+        step = f"{(last - first) / HINTED_INTERVALS:.1g}"
+        remedy = f"write {first:g}:{last:g}:{float(step):g} {match[3]}".rstrip()
+        raise ValueError(f"{text.strip()!r} is not a range: {remedy}")
     if len(ends) > 3:
         raise ValueError(f"{text.strip()!r} is not a range: write FIRST:LAST or FIRST:LAST:STEP")
     return ends
