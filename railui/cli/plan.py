@@ -133,14 +133,12 @@ def _plan_before(
 
 
 def _tables(document: Mapping[str, Any], structure: Any) -> list[Any]:
-    from railui.report.plan.rows import CONFOUNDED_CAPTION, effect_rows, parameter_rows, sentence
+    from railui.report.plan.rows import effect_rows, marks_legend, parameter_rows, sentence
 
     runs = [run["name"] for run in document["runs"]]
     steps = [(s["added"], f"{s['cost']:g}", f"{100 * s['attained_share']:.0f} %") for s in document["steps"]]
-    effects = [
-        (row["name"], row["parameter"], row["bound"], *row["cells"])
-        for row in effect_rows(document, only_common=True, structure=structure)
-    ]
+    shown = effect_rows(document, only_common=True, structure=structure)
+    effects = [(row["name"], row["parameter"], row["bound"], *row["cells"]) for row in shown]
     parameters = [(row["name"], row["prior"], *row["cells"]) for row in parameter_rows(document)]
     columns = ("selection", "everything", *runs)
     notes = "\n".join(document["notes"])
@@ -150,7 +148,7 @@ def _tables(document: Mapping[str, Any], structure: Any) -> list[Any]:
             ("effect", "parameter", "", *columns),
             effects,
             title="minimum detectable effects (nominal power 90 %)",
-            caption=CONFOUNDED_CAPTION,
+            caption="\n".join(marks_legend(shown)),
         ),
         make_table(
             ("parameter", "prior", *columns), parameters, title="standard deviations, relative to the nominal value"

@@ -10,7 +10,7 @@ from railui import core
 from railui.io.atomic import write_text
 from railui.report.numbers import DASH, format_number
 from railui.report.plan.figures import map_picture, selection_picture
-from railui.report.plan.rows import confounded_rows, effect_rows, parameter_rows, sentence
+from railui.report.plan.rows import confounded_rows, effect_rows, marks_legend, parameter_rows, sentence
 from railui.report.templates import render_template
 from railui.vehicle.multibody import Structure
 
@@ -18,13 +18,15 @@ from railui.vehicle.multibody import Structure
 def write_plan_page(document: Mapping[str, Any], structure: Structure | None, path: str | Path) -> Path:
     """Write the page of a plan; `document` is the JSON document of `railui plan`."""
     groups = effect_rows(document, structure=structure)
+    effects = effect_rows(document, groups_only=False, structure=structure)
     contents = {
         "document": document,
         "sentence": sentence(document),
         "map": map_picture(document, groups),
         "selection": selection_picture(document) if document["steps"] else None,
         "columns": ["selection", "everything", *(run["name"] for run in document["runs"])],
-        "effects": effect_rows(document, groups_only=False, structure=structure),
+        "effects": effects,
+        "legend": "; ".join(marks_legend(effects)),
         "parameters": parameter_rows(document),
         "confounded": confounded_rows(document, structure),
         "steps": [

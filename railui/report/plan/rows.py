@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from railui import core
@@ -14,7 +14,10 @@ Document = Mapping[str, Any]
 Row = dict[str, Any]
 
 CONFOUNDED: Final = "*"
-CONFOUNDED_CAPTION: Final = f"{CONFOUNDED} detected there before it can be separated from another effect"
+MARKS: Final = {
+    CONFOUNDED: "detected there before it can be separated from another effect",
+    DASH: "no size found that would be detected there",
+}
 
 
 def effect_name(row: Document, structure: Structure | None = None) -> str:
@@ -55,6 +58,17 @@ def _effect_row(row: Document, structure: Structure | None) -> Row:
         "values": values[:shown],
         "steps": cells[shown:],
     }
+
+
+def marks_legend(rows: Sequence[Row]) -> list[str]:
+    """Return the meanings of the marks in the cells of effects, of those that occur.
+
+    >>> marks_legend([{"cells": ["1.2", "3.4*"]}])
+    ['* detected there before it can be separated from another effect']
+    >>> marks_legend([{"cells": ["1.2", "–"]}])
+    ['– no size found that would be detected there']
+    """
+    return [f"{mark} {text}" for mark, text in MARKS.items() if any(mark in cell for r in rows for cell in r["cells"])]
 
 
 def parameter_rows(document: Document) -> list[Row]:
