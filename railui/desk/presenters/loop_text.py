@@ -25,7 +25,12 @@ SHORT_CLASSES: Final = {
     UNSEEN: "not identifiable",
 }
 ROLE_NAMES: Final = {"adjust": "estimation", "validate": "validation", "test": "test"}
-REPORTED_COUNTS: Final = ("gaps", "stuck", "short_stretches", "missing_rows")
+REPORTED_COUNTS: Final = {  # of a run: singular and plural
+    "gaps": ("gap", "gaps"),
+    "stuck": ("stuck part", "stuck parts"),
+    "short_stretches": ("short segment", "short segments"),
+    "missing_rows": ("missing row", "missing rows"),
+}
 
 
 # runs and names
@@ -47,7 +52,7 @@ def run_text(dataset: Dataset, index: int) -> Text:
     """Return duration, sampling rate, number of channels and data losses of a run."""
     run = dataset.runs[index]
     text = Text(f"{len(run) / run.rate:6.0f} s  {run.rate:.4g} Hz  {len(run.responses)} channels  ")
-    losses = [f"{n} {key.replace('_', ' ')}" for key, n in run.counts.items() if n and key in REPORTED_COUNTS]
+    losses = [f"{n} {REPORTED_COUNTS[key][n != 1]}" for key, n in run.counts.items() if n and key in REPORTED_COUNTS]
     text.append(", ".join(losses) or "no gaps", "yellow" if losses else "dim")
     if run.notes:
         text.append(f"  {run.notes[0]}", "yellow")

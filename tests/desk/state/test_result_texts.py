@@ -11,7 +11,7 @@ import pytest
 from railui.desk.presenters.critical_speeds import critical_speeds_text
 from railui.desk.presenters.loop_history import LoopHistory
 from railui.desk.presenters.loop_plots import force_plot
-from railui.desk.presenters.loop_text import multiple_shooting_note
+from railui.desk.presenters.loop_text import multiple_shooting_note, run_text
 from railui.desk.presenters.stability_plots import cycles_plot, modes_text
 from railui.desk.presenters.verdict_rows import no_next_run_text
 from railui.desk.presenters.verdict_stages import loop_stages
@@ -74,3 +74,16 @@ def test_a_critical_speed_that_failed_has_its_reason() -> None:
     assert lines[3].startswith("nonlinear: the fastest motion needs")
     assert cycles_plot(known, known).placeholder == failed["failure"]
     assert not cycles_plot(known, known).lines
+
+
+@pytest.mark.parametrize(
+    ("counts", "text"),
+    [({"gaps": 1, "missing_rows": 99}, "1 gap, 99 missing rows"), ({"gaps": 2, "stuck": 1}, "2 gaps, 1 stuck part")],
+)
+def test_data_losses_of_a_run_are_counted_in_words(counts: dict[str, int], text: str) -> None:
+    class Run(SimpleNamespace):
+        def __len__(self) -> int:
+            return 6000
+
+    run = Run(rate=100.0, responses=("ay1",), counts=counts, notes=())
+    assert run_text(cast(Any, SimpleNamespace(runs=[run])), 0).plain.endswith(text)
