@@ -107,7 +107,9 @@ def _linear_ticks(scale: Scale, max_count: int) -> list[tuple[float, str]]:
     digits = max(0, -math.floor(math.log10(step) + 1e-9))
     large = max(abs(scale.low), abs(scale.high))
     plain = digits <= 5 and large < 1e5
-    return [(v, f"{v:.{digits}f}" if plain else f"{v:.3g}") for v in values]
+    # as many digits as distinguish neighbours
+    significant = max(3, 1 + math.floor(math.log10(large)) - math.floor(math.log10(step) + 1e-9))
+    return [(v, f"{v:.{digits}f}" if plain else f"{v:.{significant}g}") for v in values]
 
 
 def _multiples(scale: Scale, step: float) -> list[float]:

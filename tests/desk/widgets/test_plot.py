@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -55,6 +56,15 @@ def test_ticks_lie_inside_their_scale(low: float, share: float, most: int) -> No
     scale = Scale(low, low + share * max(1.0, abs(low)))
     found = [float(scale.position(v)) for v, _ in ticks(scale, most)]
     assert found and min(found) >= -1e-6 and max(found) <= 1 + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(0.068801, 0.068809), (0.06880, 0.06882), (2.000001e6, 2.000009e6), (-1e-7, 1e-7), (0.0, 2.5e5)]
+)
+def test_no_two_ticks_have_the_same_text(low: float, high: float) -> None:
+    for most in range(2, 9):
+        texts = [text for _, text in ticks(Scale(low, high), most)]
+        assert len(set(texts)) == len(texts) >= 2
 
 
 def test_a_logarithmic_axis_ignores_values_without_logarithm() -> None:
