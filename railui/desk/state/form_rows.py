@@ -234,7 +234,7 @@ def _shown(field: Field, value: float) -> str:
 
 
 def range_text(field: Field) -> str:
-    """Return the usual range of a field, or its choices."""
+    """Return the usual range of a field, that of its slider where it has none, or its choices."""
     if field.choices:
         return " / ".join(str(c).lower() for c in field.choices)
     if isinstance(field.value, str):
@@ -243,15 +243,19 @@ def range_text(field: Field) -> str:
         both = f" · {typeset(format_quantity(float(field.value or 0.0), field.unit))}" if field.value else ""
         same = both if field.display_unit != field.unit else f" · {KMH_PER_MS * float(field.value or 0.0):.4g} km/h"
         return f"{_shown(field, field.low)} to {_shown(field, field.high)}{same}"
-    return typeset(f"{format_quantity(field.low, field.unit, 5)} to {format_quantity(field.high, field.unit, 5)}")
+    return _ends_text(field, field.usual or (field.low, field.high))
 
 
 def warning_text(field: Field) -> str:
     """Return a warning for a value outside the range of real vehicles, or an empty text."""
     if not field.is_unusual or field.usual is None:
         return ""
-    low, high = (typeset(format_quantity(end, field.unit, 3)) for end in field.usual)
-    return f"outside the usual {low} to {high}"
+    return f"outside the usual {_ends_text(field, field.usual)}"
+
+
+def _ends_text(field: Field, ends: tuple[float, float]) -> str:
+    low, high = (typeset(format_quantity(end, field.unit, 5)) for end in ends)
+    return f"{low} to {high}"
 
 
 def typed_preview(field: Field, text: str) -> tuple[str, bool]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -123,3 +124,10 @@ def test_a_speed_is_read_and_shown_in_the_unit_typed_last() -> None:
     assert range_text(field) == "18 km/h to 360 km/h · 40 m/s"
     assert range_text(speed_field("speed", 40.0, "m/s")) == "5 m/s to 100 m/s · 144 km/h"
     assert typed_speed_unit("0.5 km") == "" and typed_speed_unit(40.0) == ""
+
+
+def test_range_and_warning_name_the_same_ends() -> None:
+    """The slider ends two decades about the base; the usual range is that of real vehicles."""
+    field = Field("frame.yaw_inertia", "", "yaw inertia", "kg*m^2", 50.0, 35.0, 350e3, usual=(100.0, 5e6))
+    assert range_text(field) in warning_text(field)
+    assert range_text(replace(field, usual=None)) == "35 kg·m² to 350000 kg·m²"
