@@ -185,6 +185,7 @@ class Desk(App[None]):
 
     def action_panel(self, name: str) -> None:
         self.query_one(ContentSwitcher).current = name
+        self.clear_notifications()  # those of the panel before
         if name == "track":
             self._show_track()
         self.query_one(PanelTabs).show(name)

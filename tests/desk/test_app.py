@@ -12,6 +12,7 @@ from textual.widgets._toast import Toast
 
 from railui.desk.panels.campaign import CampaignPanel
 from railui.desk.panels.design import DesignPanel
+from railui.desk.presenters.search_plots import warnings_text
 from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog
 from railui.desk.widgets.form import Form
 from railui.desk.widgets.plot import Plot
@@ -47,6 +48,17 @@ async def test_square_brackets_are_literal_and_an_unreadable_state_file_is_ignor
         assert "a [bold]b" in str(keys.desk.query_one("#status", Static).render())
         title = keys.desk.query_one(DesignPanel).pane.border_title
         assert Content.from_markup(str(title)).plain.startswith("a [bold]b.yaml")
+
+
+async def test_a_note_takes_few_lines_and_goes_with_its_panel(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie, size=(80, 24)) as keys:
+        path = "vehicle.elements.primary.longitudinal_stiffness"
+        text = warnings_text([f"the knee is at the lower bound of {path}, 3 MN/m: the optimum may lie beyond"] * 2)
+        assert len(text) <= 2 * 72 and path not in text and "longitudinal stiffness primary" in text
+        keys.desk.notify(text)
+        await keys.wait_until(lambda: len(keys.desk._notifications) > 0, 10.0)
+        await keys.press("f5")
+        await keys.wait_until(lambda: len(keys.desk._notifications) == 0, 2.0)
 
 
 async def test_the_desk_asks_for_a_file_if_none_is_given(

@@ -26,6 +26,7 @@ from railui.desk.panels.plan_panel import PlanPanel
 from railui.desk.panels.search_view import SearchView
 from railui.desk.panels.shelf_page import ShelfPage
 from railui.desk.presenters.search_history import GenerationSummary, SearchHistory
+from railui.desk.presenters.search_plots import warnings_text
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.services.search_job import run_search
 from railui.desk.state.plan import Plan
@@ -44,19 +45,19 @@ class OptimisePanel(PlanPanel):
         START,
         PAUSE,
         STOP,
-        Binding("f", "front", "Front/plan", tooltip="the front on half of the screen, or the plan"),
+        Binding("f", "front", "Front", tooltip="the front on half of the screen, or the plan"),
         VIEW,
-        Binding("t", "take", "Take design", tooltip="open the selected design in the form"),
-        Binding("a", "add", "Variable", tooltip="add a variable"),
+        Binding("t", "take", "Take", tooltip="open the selected design in the form"),
+        Binding("a", "add", "Variable", show=False, tooltip="add a variable"),
         Binding("g", "objective", "Objective", show=False, tooltip="add an objective"),
         Binding("delete", "remove", "Remove", show=False, tooltip="the entry under the cursor"),
         Binding("ctrl+z", "undo", "Undo", show=False),
         Binding("ctrl+y", "redo", "Redo", show=False),
         Binding("d", "design", "From form", show=False, tooltip="plan with the design in the form"),
-        Binding("x", "axis(0)", "x axis", tooltip="show the column under the cursor on the horizontal axis"),
-        Binding("X", "axis(1)", "y axis", tooltip="show the column under the cursor on the vertical axis"),
+        Binding("x", "axis(0)", "x axis", show=False, tooltip="put the column under the cursor on the x axis"),
+        Binding("X", "axis(1)", "y axis", show=False, tooltip="put the column under the cursor on the y axis"),
         Binding("m", "keep", "Keep", show=False, tooltip="put the selected design on the shelf of the Design panel"),
-        Binding("r", "range", "Range", tooltip="axes over all designs, or over the front"),
+        Binding("r", "range", "Range", show=False, tooltip="axes over all designs, or over the front"),
         COPY,
     ]
     HELP = """
@@ -176,7 +177,7 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
         self.post_message(PartChanged("search"))
         self.search_view.set_activity(f"finished: {len(result['pareto'])} designs on the front")
         if result["warnings"]:
-            self.notify("\n".join(result["warnings"]), title="Warnings", timeout=12)
+            self.notify(warnings_text(result["warnings"]), severity="warning", timeout=8)
         self.search_view.show_all()
         self.show_status()
         if result["knee"] is not None:

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+from textwrap import shorten
+from typing import Final
+
 import numpy as np
 from rich.text import Text
 
 from railui.arrays import FloatArray
+from railui.desk.presenters.loop_text import short_path
 from railui.desk.presenters.search_history import SearchHistory
 from railui.desk.state.plan import Plan, objective_unit
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Line, PlotData
+from railui.execution.outputs import REPORT_FILE
 from railui.io.number_format import format_quantity, typeset
 from railui.optimisation.multi_objective import hypervolumes
 from railui.track.excitation import is_track_file
 from railui.vehicle.design_reader import Design
+
+MAX_WARNING: Final = 110  # characters, of two lines with the name of the report
+PATH: Final = re.compile(r"[a-z]\w*(?:\.\w+)+")  # of a parameter
 
 # plots
 
@@ -66,6 +76,17 @@ def _variables_text(design: Design, values: dict[str, float]) -> str:
         new, baseline = (typeset(format_quantity(v, unit, 3)) for v in (value, design.value(path)))
         parts.append(f"{name} {new} (baseline {baseline})")
     return ", ".join(parts)
+
+
+def warnings_text(warnings: Sequence[str]) -> str:
+    """Return the first warning of a result in two lines, and where all of them are.
+
+    >>> warnings_text(["the knee is at the lower bound of vehicle.primary.lateral_stiffness, 1 MN/m"])
+    'the knee is at the lower bound of lateral stiffness primary, 1 MN/m (all in report.html)'
+    """
+    count = f"{len(warnings)} warnings: " if len(warnings) > 1 else ""
+    text = PATH.sub(lambda match: short_path(match[0]), warnings[0])
+    return f"{shorten(count + text, MAX_WARNING, placeholder=' ...')} (all in {REPORT_FILE})"
 
 
 def fresh_text(history: SearchHistory, index: int) -> str:
