@@ -21,6 +21,7 @@ from railui.vehicle.model import Model
 BoolArray = NDArray[np.bool_]
 
 SAMPLE_SPACING: Final = 0.1  # m, of vehicles that MAX_STEPS_PER_SAMPLE resolve
+STIFF_REMEDY: Final = "raise the mass, soften the stiffest element or raise the slip speed of dry friction"
 MAX_REFINEMENT: Final = 64  # parts of SAMPLE_SPACING at which stiff vehicles are sampled
 SEGMENT_LENGTH: Final = 250.0  # m over which amplitude and frequency are evaluated
 MAX_DISTANCE: Final = 20e3  # m after which a run ends
@@ -117,7 +118,13 @@ class TangentTrackRuns:
         ValueError for a vehicle too stiff even for the finest one.
         """
         limit = MAX_STEPS_PER_SAMPLE * MAX_REFINEMENT
-        steps = self.vehicles.required_steps(self.single, slowest, fastest, dt, limit=limit)[0]
+        try:
+            steps = self.vehicles.required_steps(self.single, slowest, fastest, dt, limit=limit)[0]
+        except ValueError as error:
+            reason, separator, _ = str(error).partition("; ")
+            if not separator:
+                raise
+            raise ValueError(f"limit cycles at {slowest:.4g} m/s: {reason}; {STIFF_REMEDY}") from None
         refinement = 1
         while steps > MAX_STEPS_PER_SAMPLE:  # a power of two, or three times one
             refinement, steps = 2 * refinement, steps // 2

@@ -118,6 +118,12 @@ def test_a_stiff_friction_damper_is_sampled_more_finely_at_low_speed() -> None:
     assert slow == pytest.approx(fast, abs=0.05)
 
 
+def test_a_vehicle_too_stiff_for_the_finest_sampling_names_its_friction() -> None:
+    hard = PlacedEffect("dry_friction", "primary_lateral", None, {"force": 8e3, "slip_speed": 1e-6})
+    with pytest.raises(ValueError, match=r"limit cycles at 5 m/s: .*; .*raise the slip speed of dry friction$"):
+        find_limit_cycles(with_effects(SLIPPERY, FLANGE, hard), [5.0, 60.0])
+
+
 def test_a_segment_in_parts_ends_in_the_same_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = TangentTrackRuns(with_effects(SLIPPERY, FLANGE, FRICTION))
     start = runs.start(np.array([30.0, 40.0]), runs.displaced_state(5e-3))
