@@ -18,6 +18,7 @@ from railui.track import Wheelbase, add_track, band_limited_noise, run_table
 COACH_FORCES = known.column_names("bogie", "coach")
 TRACK_COLUMNS = known.column_names("bogie", "track")
 MOTION_FILTER_ORDER = 4  # of the low-pass of a noisy prescribed motion, forwards and backwards
+MIN_WINDOW_SAMPLES = 28  # more than the comparison filter extends a series by
 MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one
 
 
@@ -187,9 +188,13 @@ class Segment:
         return replace(self.part(first, self.samples), unknown_lead=0.0) if first else self
 
     def windows(self, seconds: float) -> list[Segment]:
-        """Cut the segment into windows of at least a length [s] that share its track, from where it is known on."""
+        """Cut the segment into windows of at least a length [s] that share its track, from where it is known on.
+
+        A window of a slowly sampled run is longer where the comparison filter would need more samples.
+        """
         first = self._first_known()
-        count = max(int((self.samples - first) * self.dt / seconds), 1)
+        known_samples = self.samples - first
+        count = max(min(int(known_samples * self.dt / seconds), known_samples // MIN_WINDOW_SAMPLES), 1)
         edges = np.linspace(first, self.samples, count + 1).astype(int)
         return [
             replace(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
+from railui.campaign.comparison import upper_band_limit
 from railui.campaign.dataset import read_dataset
 from railui.campaign.faults.diagnose import diagnose
 from railui.campaign.faults.fault import Fault
@@ -175,6 +176,7 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     measured = {name for run in runs for name in run.columns}
     findings = load_yaml(campaign.source).findings()
     _check_overlap(campaign, runs, findings)
+    _check_sampled_bands(campaign, runs, findings)
     try:
         dataset = read_dataset(campaign)
     except FileProblems as error:
@@ -187,6 +189,19 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
         if name not in measured:
             findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")
     return [*(warning for run in runs for warning in run.warnings), *findings.problems]
+
+
+def _check_sampled_bands(campaign: Campaign, runs: Sequence[Run], findings: Findings) -> None:
+    """Warn of runs that are sampled more slowly than others, so that the comparison ends at a lower frequency."""
+    if campaign.band is None:
+        return
+    limits = [upper_band_limit(campaign.band, run.rate) for run in runs]
+    lowest, highest = min(limits), max(limits)
+    for i, (entry, run, limit) in enumerate(zip(campaign.runs, runs, limits, strict=True)):
+        if limit < highest:
+            message = f"{entry.name}: sampled at {run.rate:.4g} Hz, compared up to {limit:.3g} Hz, not {highest:.3g} Hz"
+            band = f"band: [{campaign.band[0]:g} Hz, {lowest:.3g} Hz]"
+            findings.warn(f"runs.{i}.file", message, f"`{band}` compares all runs at the same frequencies")
 
 
 def _remedy(fault: Fault) -> str:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from railui.campaign.segment import Segment
+from railui.campaign.comparison import band_pass
+from railui.campaign.segment import MIN_WINDOW_SAMPLES, Segment
+from railui.dsp.filters import padlen
 from railui.track import COLUMNS_PER_WHEELSET, FIRST_WHEELSET_COLUMN
 from tests.truth.tracks import met
 
@@ -35,6 +37,16 @@ def test_a_trailing_wheelset_meets_the_recorded_track_from_the_first_sample_on()
             expected = np.interp(s - DISTANCES[-1], recorded["s"], recorded["yw"])
             under_last = table[: 2 * steps * 5 : 2 * steps, LAST_LATERAL]
             np.testing.assert_allclose(under_last, expected, atol=2e-6)
+
+
+def test_the_windows_of_a_slowly_sampled_run_are_long_enough_for_the_comparison_filter() -> None:
+    assert padlen(band_pass((0.3, 40.0), 20.0)) < MIN_WINDOW_SAMPLES
+    columns = {name: x[::10] for name, x in whole().columns.items()}
+    slow = Segment("run", "adjust", 0, columns, 1 / 20.0)
+    windows = slow.windows(0.6)
+    assert min(w.samples for w in windows) >= MIN_WINDOW_SAMPLES
+    assert [w.first_sample for w in windows][1:] == list(np.cumsum([w.samples for w in windows])[:-1])
+    assert len(whole(0.0).windows(0.6)) == int(whole(0.0).samples / 200.0 / 0.6)
 
 
 def test_a_short_run_begins_at_its_middle_at_the_latest() -> None:

@@ -70,6 +70,17 @@ def test_a_band_above_half_the_sampling_rate_is_refused(campaign_folder: Path) -
     assert found[0].line > 0 and "half the sampling rate" in found[0].message and "give at most" in found[0].remedy
 
 
+def test_a_run_sampled_more_slowly_than_the_band_of_the_others_is_warned_of(campaign_folder: Path) -> None:
+    assert not [p for p in check([campaign_folder]) if "sampled" in p.message]
+    run = campaign_folder / "run_b.csv"
+    header, *rows = run.read_text().splitlines()
+    run.write_text("\n".join([header, *rows[::2]]) + "\n")
+    [problem] = [p for p in check([campaign_folder]) if "sampled" in p.message]
+    assert problem.severity == "warning" and (problem.line, problem.key) == (5, "runs.1.file")
+    assert problem.message == "run_b.csv: sampled at 25 Hz, compared up to 11.2 Hz, not 22.5 Hz"
+    assert problem.remedy == "`band: [0.3 Hz, 11.2 Hz]` compares all runs at the same frequencies"
+
+
 def test_a_stiffness_without_its_unit_is_warned_of(tmp_path: Path) -> None:
     design = Path(__file__).parents[2] / "designs" / "test_bogie.yaml"
     text = design.read_text()
