@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from railui.campaign.campaign import DEFAULT_BAND, Campaign
+from railui.campaign.campaign import DEFAULT_BAND, Campaign, RunEntry
 from railui.campaign.comparison import MAX_BAND_SHARE
 from railui.campaign.corrections.apply import corrected_run
 from railui.campaign.free_decay import with_phase_steps
@@ -148,6 +148,19 @@ def _check_sampled_band(campaign: Campaign, rate: float) -> None:
     findings.raise_errors()
 
 
+def load_campaign_run(campaign: Campaign, entry: RunEntry) -> Run:
+    """Read a run of a campaign, with the units that its corrections state in place of those of the header.
+
+    Columns of a rig stay in the unit of their header, which other runs share, and exchanged columns have that of the
+    other one: their unit is corrected as a gain.
+    """
+    kind = campaign.design.run_form
+    corrections, _ = campaign.corrections.of_run(entry.name)
+    exchanged = {name for c in corrections if c.swap_with is not None for name in (c.channel, c.swap_with)}
+    stated = {c.channel: c.unit for c in corrections if c.unit is not None and c.channel not in exchanged}
+    return load_run(entry.file, kind, units={} if kind in known.RIG_FORMS else stated)
+
+
 def read_dataset(campaign: Campaign) -> Dataset:
     """Read the runs of a campaign and make its corrections; FileProblems for a run that cannot be used."""
     kind = campaign.design.run_form
@@ -157,7 +170,8 @@ def read_dataset(campaign: Campaign) -> Dataset:
     runs: list[Run] = []
     segments: list[Segment] = []
     for index, entry in enumerate(campaign.runs):
-        run = corrected_run(load_run(entry.file, kind), entry.name, campaign.corrections, geometry.wheelbase)
+        run = load_campaign_run(campaign, entry)
+        run = corrected_run(run, entry.name, campaign.corrections, geometry.wheelbase)
         if not run.segments:
             raise file_problem(
                 entry.file, "has no segment left after its corrections", "check the delays of its columns"

@@ -13,8 +13,6 @@ from railui.runs.columns import RIG_FORMS, Form, columns_of
 from railui.runs.units import (
     BENCH_UNITS,
     DERIVATIVE_ORDERS,
-    GRAVITY_LABEL,
-    STANDARD_GRAVITY,
     bench_factor,
     rate_factor,
 )
@@ -63,22 +61,12 @@ def _rig_standard_deviation(value: Any, name: str, kind: Form, files: Sequence[P
     if unit and not label:
         return _without_header_unit(value, number, unit, name, kind)
     if unit and unit != label:
-        number = _convert_to_label(number, unit, label, name)
+        number = convert(number, unit, label)
     if kind == "bench" and name in BENCH_UNITS:
         return number * bench_factor(name, label)[0]
     if name not in DERIVATIVE_ORDERS:
         return number
     return number * rate_factor(labels.get("z") or "", label, DERIVATIVE_ORDERS[name])
-
-
-def _convert_to_label(number: float, unit: str, label: str, name: str) -> float:
-    """Convert to the unit of a header; of an acceleration `g` is that of gravity."""
-    sizes = {GRAVITY_LABEL: STANDARD_GRAVITY} if name == "az" else {}
-    return convert(
-        number * sizes.get(unit, 1.0) / sizes.get(label, 1.0),
-        "m/s^2" if unit in sizes else unit,
-        "m/s^2" if label in sizes else label,
-    )
 
 
 def _without_header_unit(value: Any, number: float, unit: str, name: str, kind: Form) -> float:

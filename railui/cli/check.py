@@ -55,10 +55,10 @@ def command(ctx: click.Context, files: tuple[str, ...], draw: str | None, call: 
 def _draw(file: str, target: str) -> None:
     """Write the schematic of a design, or of a campaign's vehicle with its sensors."""
     from railui.campaign.campaign import load_campaign
+    from railui.campaign.dataset import load_campaign_run
     from railui.documents.recognise import recognise
     from railui.io.atomic import write_text
     from railui.report.schematic.subjects import schematic_of_campaign, schematic_of_design
-    from railui.runs.run import load_run
     from railui.vehicle.design_reader import load_design
 
     kind = recognise(file)
@@ -68,6 +68,6 @@ def _draw(file: str, target: str) -> None:
         svg = schematic_of_design(load_design(Path(file)))
     else:
         campaign = load_campaign(file)
-        runs = [load_run(entry.file, campaign.design.run_form) for entry in campaign.runs]
+        runs = [load_campaign_run(campaign, entry) for entry in campaign.runs]
         svg = schematic_of_campaign(campaign, [name for run in runs for name in run.columns])
     write_text(target, svg)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from railui.arrays import FloatArray
 from railui.campaign.campaign import Campaign, load_campaign
 from railui.campaign.comparison import upper_band_limit
-from railui.campaign.dataset import read_dataset
+from railui.campaign.dataset import load_campaign_run, read_dataset
 from railui.campaign.faults.diagnose import diagnose
 from railui.campaign.faults.fault import Fault
 from railui.contact.profile_reader import SIMPACK_KINDS, read_profile
@@ -168,7 +168,7 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     runs: list[Run] = []
     for entry in campaign.runs:
         try:
-            runs.append(load_run(entry.file, campaign.design.run_form))
+            runs.append(load_campaign_run(campaign, entry))
         except FileProblems as error:
             problems += error.problems
     if problems:

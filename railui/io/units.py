@@ -12,6 +12,7 @@ __all__ = [
     "convert",
     "example_quantity",
     "parse_unit",
+    "parse_unit_like",
     "quantity",
     "quantity_in_any_unit",
     "read_speed",
@@ -20,6 +21,8 @@ __all__ = [
 NUMBER = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 MAX_PLAUSIBLE_SPEED = 120.0  # m/s, above the speed of measured trains: km/h are more likely
 MAX_SPEED = 170.0  # m/s, above that of any train so far
+STANDARD_GRAVITY = 9.80665  # m/s^2
+UNITS_OF_GRAVITY = {"g": STANDARD_GRAVITY, "gn": STANDARD_GRAVITY, "G": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY}
 SMALLEST, LARGEST = 1e-30, 1e30  # SI, beyond every quantity of a vehicle or a track
 
 EXAMPLES = {"m": "7 mm", "m/s": "144 km/h", "s": "2 s", "Hz": "1.2 Hz", "N": "55 kN", "N/m": "3.0 MN/m",
@@ -60,6 +63,18 @@ def _with_decimal_point(text: str) -> str:
     """
     whole, _, decimals = text.strip().partition(",")
     return f"{whole.replace('.', '')}.{decimals}"
+
+
+def parse_unit_like(text: str, wanted: str) -> Unit:
+    """Parse a unit where one like `wanted` is expected: for an acceleration, g is that of gravity, not the gram.
+
+    >>> parse_unit_like("g", "m/s^2").factor, parse_unit_like("g", "kg").factor
+    (9.80665, 0.001)
+    """
+    acceleration = parse_unit("m/s^2")
+    if text in UNITS_OF_GRAVITY and parse_unit(wanted).dimension == acceleration.dimension:
+        return Unit(text, UNITS_OF_GRAVITY[text], acceleration.dimension)
+    return parse_unit(text)
 
 
 def quantity(value: object, unit: str) -> float:
@@ -127,7 +142,7 @@ def convert(value: float, source: str, target: str) -> float:
     >>> convert(40.0, "m/s", "km/h")
     144.0
     """
-    a, b = parse_unit(source), parse_unit(target)
+    a, b = parse_unit_like(source, target), parse_unit_like(target, source)
     if not (a.is_compatible(b) or b.is_compatible(a)):
         raise UnitError(f"{source} is not {target}", f"{_expected_unit(target)} is expected")
     return _scale(value, a.factor / b.factor)
@@ -148,7 +163,7 @@ def _describe(value: object) -> str:
 
 def _parse_unit_of(value: object, text: str, unit: str) -> Unit:
     try:
-        return parse_unit(text)
+        return parse_unit_like(text, unit)
     except UnitError as error:
         raise UnitError(f"{value!r}: {error.message}", f"write for example {example_quantity(unit)!r}") from None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +74,9 @@ class Run:
         return int(self.columns["t"].size)
 
 
-def load_run(path: str | Path, kind: Form | None = None, *, responses: bool = True) -> Run:
+def load_run(
+    path: str | Path, kind: Form | None = None, *, responses: bool = True, units: Mapping[str, str] | None = None
+) -> Run:
     """Read a run.
 
     Parameters
@@ -84,6 +86,8 @@ def load_run(path: str | Path, kind: Form | None = None, *, responses: bool = Tr
         "bogie", "rig", "bench" or the columns of any other vehicle; detected from the columns by default.
     responses : bool
         False for a run that needs no measured response, since only its track is used.
+    units : mapping, optional
+        Units of columns that replace those of the header.
 
     Raises
     ------
@@ -91,7 +95,11 @@ def load_run(path: str | Path, kind: Form | None = None, *, responses: bool = Tr
         With every problem of the file.
     """
     _refuse_foreign_header(path, kind)
-    return run_of_table(read_table(path), sha256_file(path), kind, responses=responses)
+    table = read_table(path)
+    if units:
+        labels = (units.get(name, label) for name, label in zip(table.names, table.units, strict=True))
+        table = replace(table, units=tuple(labels))
+    return run_of_table(table, sha256_file(path), kind, responses=responses)
 
 
 def _refuse_foreign_header(path: str | Path, kind: Form | None) -> None:

@@ -10,7 +10,9 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.io.problems import Findings
 from railui.io.table import Table
-from railui.io.units import UnitError, example_quantity, parse_unit
+from railui.io.unit_parser import Unit
+from railui.io.units import STANDARD_GRAVITY as STANDARD_GRAVITY
+from railui.io.units import UnitError, parse_unit, parse_unit_like
 from railui.runs.columns import Column
 
 DIMENSIONLESS = ("", "-", "1")
@@ -18,7 +20,11 @@ DERIVATIVE_ORDERS = {"vz": 1, "az": 2}
 # SI units of a bench, by column: translation, rotation
 BENCH_UNITS = {"z": ("m", "rad"), "vz": ("m/s", "rad/s"), "F": ("N", "N*m")}
 MAX_PLAUSIBLE_SD = 0.2  # m
-GRAVITY_LABEL, STANDARD_GRAVITY = "g", 9.80665  # m/s^2
+GRAVITY_LABEL = "g"  # of an acceleration
+CROSS_LEVEL_HEIGHT = (
+    "divide the height by the distance of the running circles, 1.5 m, or give the channel to `cross_level` in a map of "
+    "`railui import`, which does so"
+)
 
 
 def columns_in_si(
@@ -44,12 +50,12 @@ def _factor_to_si(unit: str | None, column: Column, findings: Findings, place: t
     wanted = parse_unit(column.unit)
     try:
         if unit is None:
-            raise UnitError("has no unit", f"write `{column.name} [{column.unit}]`")
-        given = parse_unit("1" if unit in DIMENSIONLESS else unit)
+            raise UnitError("has no unit", f"write that of its numbers, such as `{column.name} [{column.unit}]`")
+        given = parse_unit_like("1" if unit in DIMENSIONLESS else unit, column.unit)
         if not given.is_compatible(wanted):
             raise UnitError(
-                f"the unit {unit} does not fit the {column.caption}",
-                f"write `{column.name} [{column.unit}]`, or {_unit_hint(column)}",
+                f"the unit {unit} does not fit the {column.caption}, expected in {column.unit}",
+                _remedy_of_other_dimension(given, column),
             )
     except UnitError as error:
         findings.add(column.name, error.message, error.remedy, position=place)
@@ -57,8 +63,14 @@ def _factor_to_si(unit: str | None, column: Column, findings: Findings, place: t
     return given.factor / wanted.factor
 
 
-def _unit_hint(column: Column) -> str:
-    return f"a unit like that of {example_quantity(column.unit)}"
+def _remedy_of_other_dimension(given: Unit, column: Column) -> str:
+    """Return how to convert a column, or to correct its header, where the unit has another dimension."""
+    if column.name == "phiw" and given.dimension == parse_unit("m").dimension:
+        return CROSS_LEVEL_HEIGHT
+    if column.role not in ("response", "coach"):
+        return "convert the numbers, or correct the header if it is wrong"
+    key = f"`sensors: {{{column.name}: {{unit: UNIT}}}}`"
+    return f"convert the numbers; where the header is wrong, correct it, or give the unit by {key} in the campaign"
 
 
 def rig_columns(
@@ -125,11 +137,10 @@ def rate_factor(z: str, rate: str, order: int) -> float:
     """
     try:
         wanted = parse_unit(f"({z})/s" if order == 1 else f"({z})/s^2")
-        given = parse_unit("m/s^2" if rate == GRAVITY_LABEL and order == 2 else rate)
+        given = parse_unit_like(rate, wanted.text)
     except UnitError:
         return 1.0
-    size = STANDARD_GRAVITY if rate == GRAVITY_LABEL else given.factor
-    return size / wanted.factor if given.dimension == wanted.dimension else 1.0
+    return given.factor / wanted.factor if given.dimension == wanted.dimension else 1.0
 
 
 def check_magnitudes(

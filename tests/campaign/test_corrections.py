@@ -10,6 +10,8 @@ import pytest
 from railui.campaign.campaign import load_campaign
 from railui.campaign.corrections.correction import Correction
 from railui.campaign.corrections.reading import read_corrections
+from railui.campaign.dataset import read_dataset
+from railui.documents.check import check
 from railui.documents.saving import save_campaign
 from railui.documents.schema import json_schema
 from railui.io.problems import Findings, Problem
@@ -39,6 +41,28 @@ def test_corrections_are_read_with_units_beside_effects_and_saved_again(campaign
     saved = load_campaign(save_campaign(campaign, campaign_folder / "saved.yaml"))
     assert (saved.corrections, saved.sensors) == (campaign.corrections, campaign.sensors)
     assert saved.corrections.track_offset == campaign.corrections.track_offset
+
+
+@pytest.mark.parametrize(("header", "unit", "factor"), [
+    ("V", "g", 9.80665), ("g", "g", 9.80665), ("g", "mm/s^2", 1e-3), ("m/s^2", "g", 9.80665), (None, "mg", 9.80665e-3)
+])  # fmt: skip
+def test_the_unit_of_a_sensor_replaces_that_of_the_header(
+    campaign_folder: Path, header: str | None, unit: str, factor: float
+) -> None:
+    before = read_dataset(load_campaign(campaign_folder))
+    run = campaign_folder / "run_b.csv"
+    run.write_text(run.read_text().replace("ay1 [m/s^2]", f"ay1 [{header}]" if header else "ay1"))
+    campaign_with(campaign_folder, f"{{ay1: {{unit: {unit}, runs: [run_b.csv]}}}}")
+    after = read_dataset(load_campaign(campaign_folder))
+    for old, new, gain in zip(before.runs, after.runs, (1.0, factor), strict=True):
+        assert new.columns["ay1"] == pytest.approx(gain * old.columns["ay1"], rel=1e-12)
+    assert not [p for p in check([campaign_folder]) if p.severity == "error"]
+
+
+def test_noise_of_an_acceleration_may_be_in_g(campaign_folder: Path) -> None:
+    path = campaign_folder / "campaign.yaml"
+    path.write_text(path.read_text().replace("e1: 0.05 mm", "ay1: 0.01 g"))
+    assert load_campaign(campaign_folder).noise["ay1"] == pytest.approx(0.0980665)
 
 
 @pytest.mark.parametrize("kind", ["rig", "bench"])

@@ -16,6 +16,7 @@ from railui.runs.run import Run, load_run
 ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 Columns = Callable[..., dict[str, np.ndarray]]
 Csv = Callable[..., str]
+COLUMNS_PAGE = (Path(__file__).parents[2] / "docs" / "columns.md").read_text("utf-8")
 
 
 @pytest.fixture
@@ -87,8 +88,34 @@ def test_missing_columns_and_wrong_units_are_reported_at_the_header(
     found = problems_of(lambda: load_run(written(text)))
     assert [(p.line, p.column, p.key) for p in found] == [(2, 1, "yw"), (2, 22, "e1"), (2, 25, "ay1")]
     assert found[0].remedy == "did you mean 'yW'?"
-    assert found[1].remedy == "write `e1 [m]`"
-    assert "the unit m/s does not fit the acceleration of the leading axle boxes" in found[2].message
+    assert found[1].remedy == "write that of its numbers, such as `e1 [m]`"
+    assert "the unit m/s does not fit the acceleration of the leading axle boxes, expected in m/s^2" in found[2].message
+    assert found[2].remedy.startswith("convert the numbers") and "`sensors: {ay1: {unit: UNIT}}`" in found[2].remedy
+    assert "ay1 [m/s^2]" not in found[2].remedy  # the numbers are none
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("g", 9.80665), ("mg", 9.80665e-3)])
+def test_an_acceleration_may_be_in_g(written: Written, columns: Columns, as_csv: Csv, unit: str, factor: float) -> None:
+    recorded = columns()
+    run = load_run(written(as_csv(recorded).replace("ay1 [m/s^2]", f"ay1 [{unit}]")))
+    np.testing.assert_allclose(run.columns["ay1"], factor * recorded["ay1 [m/s^2]"], rtol=1e-8)
+    assert run.units["ay1"] == unit
+
+
+def test_the_gram_is_no_unit_of_a_displacement(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
+    [problem] = problems_of(lambda: load_run(written(as_csv(columns()).replace("e1 [m]", "e1 [g]"))))
+    assert "the unit g does not fit the leading wheelset" in problem.message
+
+
+def test_a_cross_level_as_a_height_is_to_be_divided_by_its_base(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
+    recorded = columns() | {"phiw [mm]": np.sin(columns()["t [s]"])}
+    [problem] = problems_of(lambda: load_run(written(as_csv(recorded))))
+    assert problem.key == "phiw" and "expected in rad" in problem.message
+    assert "1.5 m" in problem.remedy and "`cross_level`" in problem.remedy and "[rad]" not in problem.remedy
 
 
 def test_a_run_without_any_response_is_rejected(
@@ -358,6 +385,26 @@ def test_parsing_cell_by_cell_reads_the_same_numbers(
     fast = load_run(path).columns["e1"]
     monkeypatch.setattr(table_cells, "_parse_with_numpy", lambda block: None)
     np.testing.assert_array_equal(load_run(path).columns["e1"], fast)
+
+
+# units, as docs/columns.md states them
+
+
+@pytest.mark.parametrize("name", ["t", "s", "v", "yw", "phiw", "gauge", "e1", "ay1", "ayf", "rf", "d1", "psi1", "Qy"])
+def test_each_column_of_a_vehicle_needs_a_unit(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf, name: str
+) -> None:
+    recorded = {header: x for header, x in columns().items() if header.split()[0] != name} | {name: columns()["t [s]"]}
+    problems = problems_of(lambda: load_run(written(as_csv(recorded))))
+    assert [(p.key, p.message) for p in problems] == [(name, "has no unit")]
+    assert "without unit is taken as SI" not in COLUMNS_PAGE
+
+
+def test_of_a_rig_only_the_time_needs_a_unit(written: Written, problems_of: ProblemsOf) -> None:
+    assert load_run(written(rig(u="", z=""))).units == {"t": "s", "u": "", "z": ""}
+    [problem] = problems_of(lambda: load_run(written(rig(u="", z="").replace("t [s]", "t"))))
+    assert (problem.key, problem.message) == ("t", "has no unit")
+    assert "Of a rig and of a component on a bench only `t` needs one" in COLUMNS_PAGE
 
 
 # rigs

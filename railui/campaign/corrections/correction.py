@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from railui.io.units import UnitError, parse_unit
+from railui.io.units import UnitError, parse_unit_like
 from railui.io.yaml_writer import number_text
-from railui.runs.units import GRAVITY_LABEL, STANDARD_GRAVITY
 
 TRACK_OFFSET = "track_offset"
 EFFECTS = "effects"
@@ -174,15 +173,12 @@ def gain_of_unit(unit: str, header: str) -> float:
     >>> gain_of_unit("mm", "m"), round(gain_of_unit("g", "m/s^2"), 6)
     (1000.0, 0.101972)
     """
-    return parse_unit(header).factor / factor_of_unit(unit, header)
+    return parse_unit_like(header, unit).factor / factor_of_unit(unit, header)
 
 
 def factor_of_unit(unit: str, header: str) -> float:
     """Return the factor to SI of a unit; UnitError if it does not fit the header's."""
-    wanted = parse_unit(header)
-    if unit == GRAVITY_LABEL and wanted.is_compatible(parse_unit("m/s^2")):
-        return STANDARD_GRAVITY
-    given = parse_unit(unit)
-    if not given.is_compatible(wanted):
+    given = parse_unit_like(unit, header)
+    if not given.is_compatible(parse_unit_like(header, unit)):
         raise UnitError(f"the unit {unit} does not fit", f"give a unit like {header}")
     return given.factor

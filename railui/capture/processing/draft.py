@@ -66,8 +66,6 @@ def _unit_fits(unit: str | None, quantity: str) -> bool:
     wanted = QUANTITIES[quantity].unit
     if unit is None:
         return True
-    if unit in ("g", "gn"):
-        return wanted == "m/s^2"
     return bool(wanted) and _has_dimension(unit, wanted)
 
 

@@ -23,9 +23,6 @@ from railui.io.yaml_file import load_fields
 from railui.vehicle.design_reader import Design
 from railui.vehicle.reference import load_named_design
 
-STANDARD_GRAVITY = 9.80665  # m/s^2 in the unit g
-UNITS_OF_GRAVITY = ("g", "gn", "G")
-
 
 @dataclass(frozen=True)
 class Sensor:
@@ -67,15 +64,14 @@ class Sensor:
     def si_factor(self, unit: str) -> float:
         """Return the factor from a unit to SI; raise UnitError if the unit is not one of the quantity."""
         wanted = QUANTITIES[self.quantity].unit
-        if unit in UNITS_OF_GRAVITY and wanted == "m/s^2":
-            return STANDARD_GRAVITY
         if not wanted:
             return 1.0
         try:
             return convert(1.0, unit, wanted)
         except UnitError as error:
-            if self.quantity == "cross_level" and parse_unit(unit).is_compatible(parse_unit("rad")):
-                raise UnitError(error.message, "name the quantity phiw: cross-level as an angle") from None
+            other = {"cross_level": "phiw", "phiw": "cross_level"}.get(self.quantity)
+            if other is not None and parse_unit(unit).is_compatible(parse_unit(QUANTITIES[other].unit)):
+                raise UnitError(error.message, f"name the quantity {other}: {QUANTITIES[other].caption}") from None
             raise
 
     def offset_in(self, unit: str) -> float:
@@ -229,11 +225,8 @@ def _read_offset(sensor: Sensor, value: Any) -> tuple[float, str]:
 
 
 def _read_noise(sensor: Sensor, value: Any) -> float:
-    """Return a standard deviation in SI, that of an acceleration also from g; raise UnitError if it is not above 0."""
-    wanted = QUANTITIES[sensor.quantity].unit
-    number, unit = split_quantity(value) if isinstance(value, str) else (0.0, "")
-    is_in_g = unit in UNITS_OF_GRAVITY and wanted == "m/s^2"
-    noise = number * STANDARD_GRAVITY if is_in_g else quantity(value, wanted)
+    """Return a standard deviation in SI; raise UnitError if it is not above 0."""
+    noise = quantity(value, QUANTITIES[sensor.quantity].unit)
     if not noise > 0:
         raise UnitError(f"{value!r} is no standard deviation", "give more than 0, or leave it out")
     return noise

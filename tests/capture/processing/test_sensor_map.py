@@ -91,6 +91,12 @@ def test_cross_level_in_an_angle_points_to_the_quantity_of_that_unit(tmp_path: P
         load_map(path)
 
 
+def test_an_angle_in_mm_points_to_the_cross_level_as_a_height(tmp_path: Path) -> None:
+    path = write_map(tmp_path, "sensors: {phiw: {channel: cant, unit: mm}}\n")
+    with pytest.raises(FileProblems, match="name the quantity cross_level: cross-level as a height difference"):
+        load_map(path)
+
+
 def test_the_noise_of_a_cross_level_and_of_alignments_is_that_of_the_track_columns(tmp_path: Path) -> None:
     """0.03 mm over 1.5 m is 0.02 mrad; the mean of two rails of 0.03 and 0.04 mm has 0.025 mm."""
     text = "speed: {channel: v}\nsensors:\n  alignment_right: {channel: r, noise: 0.03 mm}\n"
