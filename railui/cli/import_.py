@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @click.option(
     "--draft", metavar="map.yaml", help="Write a draft of a map: every channel with the quantities it may be."
 )
-@click.option("--clock", metavar="NAME", help="Time channel, where there is no map.")
+@click.option("--clock", metavar="NAME", help="Time or distance channel, where there is no map.")
 @click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="HZ", help="Sampling rate without a clock.")
 @common_options
 def command(
@@ -101,7 +101,8 @@ def _write_draft(recording: Recording, draft: str, call: Invocation) -> None:
     without = [name for name in recording.channels if not recording.units.get(name)]
     if without:
         call.info(f"without a unit: {join_names(without)}; add the key `unit:` to their sensors, such as `unit: m/s^2`")
-    call.info(f"wrote {draft}: complete it, then `railui import {recording.sources[0]} --map {draft} -o RUN.csv.gz`")
+    out = "TRACK.csv" if recording.abscissa == "s" else "RUN.csv.gz"
+    call.info(f"wrote {draft}: complete it, then `railui import {recording.sources[0]} --map {draft} -o {out}`")
 
 
 def _export(recording: Recording, out: Path, call: Invocation) -> dict[str, Any]:

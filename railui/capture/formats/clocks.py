@@ -12,7 +12,12 @@ from railui.io.problems import NO_POSITION, Position, file_problem
 from railui.io.units import UnitError, convert
 
 TIME_NAMES = ("t", "time", "zeit", "temps", "timestamp", "time_s", "x_time")
-DISTANCE_NAMES = ("s", "distance", "position", "km", "chainage", "mileage", "weg")
+DISTANCE_NAMES = (
+    *("s", "distance", "dist", "position", "location", "km", "chainage", "mileage", "weg", "strecke", "station"),
+    *("stationierung", "kilometer", "kilometre", "kilometrierung", "pk", "point kilométrique", "afstand"),
+)
+# a column of one of these names without a unit is hardly in metres
+KILOMETRE_NAMES = ("km", "kilometer", "kilometre", "kilometrierung", "pk", "point kilométrique")
 OWN_CLOCKS = ("t_{}", "time_{}", "{}_t", "{}_time")  # time channel of one channel
 TIME_UNITS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds", "sek"), "s"),
@@ -51,6 +56,21 @@ def find_axis(
                 continue
             return name
     return None
+
+
+def is_distance(name: str, unit: str | None) -> bool:
+    """Return True for the named axis of a recording that is a distance: by its unit, without one by its name.
+
+    >>> is_distance("Lauf", "km"), is_distance("Strecke", None), is_distance("s", None), is_distance("Zeit", "ms")
+    (True, True, False, False)
+    """
+    if unit:
+        try:
+            axis_factor(Path(), name, unit, "m")
+        except ValueError:
+            return False
+        return True
+    return name.lower() in DISTANCE_NAMES and name.lower() != "s"
 
 
 def is_time_name(name: str) -> bool:

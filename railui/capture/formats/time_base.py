@@ -11,10 +11,12 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.capture.formats.clocks import (
     DISTANCE_NAMES,
+    KILOMETRE_NAMES,
     TIME_NAMES,
     axis_factor,
     check_order,
     find_axis,
+    is_distance,
 )
 from railui.capture.processing.recording import Recording
 from railui.core import Spline
@@ -173,7 +175,7 @@ def recording_from_columns(
     columns, units
         Values [n] and units by name.
     clock
-        Name of the time channel; by default it is recognised by its name.
+        Name of the time or distance channel; by default it is recognised by its name.
     rate
         Sampling rate [Hz] without a time channel.
     lines
@@ -187,17 +189,18 @@ def recording_from_columns(
     if clock is not None and clock not in columns:
         raise file_problem(path, f"no channel {clock!r}", suggest_name(clock, columns), "clock")
     clock_name = clock or find_axis(columns, units, TIME_NAMES, "s")
-    abscissa = "t"
+    abscissa = "s" if clock is not None and is_distance(clock, units.get(clock)) else "t"
     if clock_name is None and rate is None:
         clock_name = find_axis(columns, units, DISTANCE_NAMES, "m")
         abscissa = "s"
     if clock_name is None and rate is None:
-        remedy = f"name it in the map, `clock: NAME`, or give `rate: 200 Hz`; channels are {', '.join(columns)[:300]}"
-        raise file_problem(path, "no channel is recognised as the time", remedy, "clock")
+        channels = ", ".join(columns)[:300]
+        remedy = f"name it, `--clock NAME` or in a map `clock: NAME`, or give `rate: 200 Hz`; channels are {channels}"
+        raise file_problem(path, "no channel is recognised as the time or the distance", remedy, "clock")
     if clock_name is None:
         size = len(next(iter(columns.values())))
         return Recording(path.name, np.arange(size) / (rate or 1.0), dict(columns), dict(units), sources=(path,))
-    if abscissa == "s" and clock_name.lower() == "km" and not units.get(clock_name):
+    if abscissa == "s" and clock_name.lower() in KILOMETRE_NAMES and not units.get(clock_name):
         message, remedy = "has no unit, and would be taken as metres", f"write `{clock_name} [km]` in the header"
         raise file_problem(path, message, remedy, clock_name)
     factor = axis_factor(path, clock_name, units.get(clock_name), "s" if abscissa == "t" else "m")

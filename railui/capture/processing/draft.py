@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from railui.capture.processing.map_schema import QUANTITIES
+from railui.capture.processing.map_schema import QUANTITIES, TRACK_QUANTITIES
 from railui.capture.processing.recording import Recording
 from railui.io.schema_line import schema_name
 from railui.io.units import UnitError, convert
@@ -17,11 +17,13 @@ def draft_map(recording: Recording) -> str:
     writer.line(f"schema: {schema_name('map')}")
     writer.entry("name", recording.name)
     writer.entry("convention", "railui", "sign convention, or EN 13848, SIMPACK, ISO 8855, ...: docs/capture.md")
-    writer.comment("vehicle: design.yaml    # its wheelbase, gauge, radius and roll: needed for the rail position")
+    is_track = recording.abscissa == "s"
+    if not is_track:
+        writer.comment("vehicle: design.yaml    # its wheelbase, gauge, radius and roll: needed for the rail position")
     speed = next((name for name in recording.channels if name.lower() in SPEED_NAMES), None)
     if speed:
         writer.entry("speed", {"channel": speed})
-    else:
+    elif not is_track:
         measured = [name for name in recording.channels if _is_speed(recording.units.get(name))]
         writer.comment(f"speed: {{channel: {scalar_text(measured[0]) if measured else 'NAME'}}}")
     with writer.block("sensors"):
@@ -41,7 +43,8 @@ def draft_map(recording: Recording) -> str:
 def _commented_sensor(recording: Recording, name: str) -> str:
     """Return the comment for a channel of an unknown name: a sensor to complete, or the reason why it is none."""
     unit = recording.units.get(name)
-    possible = [quantity for quantity in QUANTITIES if _unit_fits(unit, quantity)]
+    quantities = TRACK_QUANTITIES if recording.abscissa == "s" else tuple(QUANTITIES)
+    possible = [quantity for quantity in quantities if _unit_fits(unit, quantity)]
     if possible:
         return f"NAME: {_sensor_text(recording, name)}    # one of {', '.join(possible)}"
     if _is_speed(unit):

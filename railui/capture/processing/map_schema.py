@@ -51,6 +51,7 @@ QUANTITIES: dict[str, Quantity] = {
     **{name: Quantity("", "rig", f"{name} of a one-mass rig, in its own unit") for name in ("u", "z", "vz", "az")},
     "gauge": Quantity("m", "none", "gauge, or its deviation if below 0.5 m"),
 }  # fmt: skip
+TRACK_QUANTITIES = ("yw", "alignment_right", "alignment_left", "phiw", "cross_level", "gauge")
 SENSOR_AXES = {"lateral": "y", "yaw": "z", "roll": "x"}  # of an accelerometer or displacement, a yaw rate, a roll rate
 ACCELERATIONS = ("ay1", "ay2", "ayf")
 
@@ -124,7 +125,7 @@ class MapModel(Group):
     name: Text = ""
     convention: Annotated[str, choice_reader(tuple(CONVENTIONS))] = "railui"
     vehicle: Text | None = Field(default=None, title="design that gives wheelbase, gauge, radius and roll")
-    clock: Text | None = Field(default=None, title="time channel, if it is not called t or time")
+    clock: Text | None = Field(default=None, title="time or distance channel, if its name is not recognised")
     rate: Annotated[float, quantity_reader("Hz", 0.0, above=True)] | None = Field(
         default=None, title="sampling rate, if there is no time channel"
     )

@@ -22,6 +22,7 @@ from railui.io.units import UnitError, convert, parse_unit, quantity, split_quan
 from railui.io.yaml_file import load_fields
 from railui.vehicle.design_reader import Design
 from railui.vehicle.reference import load_named_design
+from railui.vehicle.track_geometry import track_geometry
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class VehicleGeometry:
-    """Geometry for the reconstruction: a, b, r [m], roll coefficient sigma of both wheelsets."""
+    """Geometry for the reconstruction: a, b, r [m], roll coefficient sigma of the first two wheelsets."""
 
     half_wheelbase: float
     half_gauge: float
@@ -113,12 +114,12 @@ class SensorMap:
         """Geometry of the vehicle, None without a vehicle."""
         if self.design is None:
             return None
-        value = self.design.value
+        geometry = track_geometry(self.design)
         return VehicleGeometry(
-            half_wheelbase=value("vehicle.geometry.half_wheelbase"),
-            half_gauge=value("vehicle.geometry.half_gauge"),
-            rolling_radius=value("vehicle.geometry.rolling_radius"),
-            roll=(value("contact.leading.roll"), value("contact.trailing.roll")),
+            half_wheelbase=0.5 * geometry.wheelbase,
+            half_gauge=geometry.half_gauge,
+            rolling_radius=geometry.rolling_radius,
+            roll=_roll_coefficients(self.design),
         )
 
     @property
@@ -127,13 +128,30 @@ class SensorMap:
         return {name: s.noise for name, s in self.sensors.items() if s.noise is not None}
 
 
+def _roll_coefficients(design: Design) -> tuple[float, float]:
+    """Return the roll coefficients of the first two wheelsets."""
+    groups = ["leading", "trailing"]
+    if design.structure is not None:
+        groups = [design.structure.contact_of(wheelset) for wheelset in design.structure.wheelsets[:2]]
+    leading, trailing = (design.value(f"contact.{group}.roll") for group in groups)
+    return leading, trailing
+
+
+def _check_wheelsets(design: Design, findings: Findings) -> None:
+    """Report a vehicle without the two wheelsets from which the rail position is reconstructed."""
+    if not design.is_on_track:
+        findings.add("vehicle", f"is a {design.kind}, which has no wheelsets", "name the design of a vehicle")
+    elif len(track_geometry(design).distances) < 2:
+        findings.add("vehicle", "has a single wheelset, the rail position needs two", "name the design of a bogie")
+
+
 def load_map(path: str | Path) -> SensorMap:
     """Read a sensor map; raise FileProblems with every problem."""
     source = Path(path)
     data, model, findings = load_fields(source, "map", MapModel)
     design = load_named_design(source, data, findings, None)
-    if design is not None and design.kind != "bogie":
-        findings.add("vehicle", f"is a {design.kind}, which has no wheelsets", "name the design of a bogie")
+    if design is not None:
+        _check_wheelsets(design, findings)
     entries = data.get("sensors")
     for name in entries if isinstance(entries, dict) else {}:
         if name not in QUANTITIES:

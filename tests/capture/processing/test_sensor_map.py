@@ -85,6 +85,18 @@ def test_every_problem_of_a_map_is_reported_with_its_line(tmp_path: Path) -> Non
     assert all(p.line for p in faults.value.problems)
 
 
+def test_the_geometry_of_a_coach_is_that_of_its_leading_bogie(tmp_path: Path) -> None:
+    designs = Path(__file__).parents[3] / "designs"
+    sensors = "sensors: {yw: {channel: a}}\n"
+    (tmp_path / "coach.yaml").write_text(f"vehicle: {designs / 'manchester_coach.yaml'}\n{sensors}")
+    geometry = load_map(tmp_path / "coach.yaml").geometry
+    assert geometry is not None and (geometry.half_gauge, geometry.rolling_radius) == (0.75, 0.46)
+    assert geometry.half_wheelbase == pytest.approx(1.28) and geometry.roll == (0.05, 0.05)
+    (tmp_path / "wheelset.yaml").write_text(f"vehicle: {designs / 'roller_rig.yaml'}\n{sensors}")
+    with pytest.raises(FileProblems, match="has a single wheelset, the rail position needs two"):
+        load_map(tmp_path / "wheelset.yaml")
+
+
 def test_cross_level_in_an_angle_points_to_the_quantity_of_that_unit(tmp_path: Path) -> None:
     path = write_map(tmp_path, "sensors: {cross_level: {channel: cant, unit: mrad}}\n")
     with pytest.raises(FileProblems, match="phiw: cross-level as an angle"):
