@@ -142,11 +142,30 @@ def join_names(names: Sequence[str]) -> str:
     return ", ".join([*names[:MAX_LISTED_NAMES], *([f"{others} others"] if others > 0 else [])])
 
 
+def _half_of(name: str, known: Sequence[str], nearest: str) -> str:
+    """Return the known name for half of a length, also of a misspelt one by its nearest name; empty if there is none.
+
+    >>> _half_of("a.gauge", ["a.half_gauge"], ""), _half_of("diameter", ["rolling_radius"], "")
+    ('a.half_gauge', 'rolling_radius')
+    """
+    group, dot, key = name.lower().rpartition(".")
+    if key.startswith("half"):
+        return ""
+    if f"{group}{dot}half_{key}" in known:
+        return f"{group}{dot}half_{key}"
+    if key in ("diameter", "wheel_diameter", "rolling_diameter", "roller_diameter"):
+        radius = "roller_radius" if key.startswith("roller") else "rolling_radius"
+        return next((n for n in known if n == f"{group}{dot}{radius}"), "")
+    return nearest if nearest.rpartition(".")[2].startswith("half_") else ""
+
+
 def suggest_name(name: str, known: Iterable[str]) -> str:
     """Return the remedy for an unknown name: the nearest known one, or all of them if none is near.
 
     >>> suggest_name("mas", ["mass", "yaw_inertia"])
     "did you mean 'mass'?"
+    >>> suggest_name("wheelbase", ["half_wheelbase", "half_gauge"])
+    "did you mean 'half_wheelbase'? give half of it"
     >>> suggest_name("15", ["conicity"])  # {conicity: 0,15}
     "is it behind a decimal comma? write a point: '0.15', not '0,15'"
     """
@@ -155,6 +174,8 @@ def suggest_name(name: str, known: Iterable[str]) -> str:
     names = list(known)
     same = [known_name for known_name in names if known_name.lower() == name.lower()]
     close = same or get_close_matches(name, names, n=1, cutoff=0.6)
+    if half := _half_of(name, names, close[0] if close else ""):
+        return f"did you mean {half!r}? give half of it"
     if close:
         return f"did you mean {close[0]!r}?"
     if len(names) > MAX_LISTED_NAMES:

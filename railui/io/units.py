@@ -77,33 +77,32 @@ def parse_unit_like(text: str, wanted: str) -> Unit:
     return parse_unit(text)
 
 
-def quantity(value: object, unit: str) -> float:
+def quantity(value: object, unit: str, example: str = "") -> float:
     """Return a value in SI: a number as it is, a string converted; UnitError if its dimension is not `unit`'s.
+
+    example: quantity for the remedy; by default one of the unit.
 
     >>> quantity("7 mm", "m"), quantity("144 km/h", "m/s"), quantity(0.15, "1")
     (0.007, 40.0, 0.15)
     """
-    number, text = _number_and_unit(value, unit)
+    remedy = f"write for example {example or example_quantity(unit)!r}"
+    number, text = _number_and_unit(value, remedy)
     if text:
-        given, wanted = _parse_unit_of(value, text, unit), parse_unit(unit)
+        given, wanted = _parse_unit_of(value, text, unit, remedy), parse_unit(unit)
         if not given.is_compatible(wanted):
-            raise UnitError(
-                f"{value!r} has the unit {text}, {_expected_unit(unit)} is expected",
-                f"write for example {example_quantity(unit)!r}",
-            )
+            raise UnitError(f"{value!r} has the unit {text}, {_expected_unit(unit)} is expected", remedy)
         # rounded once: 7 mm is exactly 0.007
         number = _scale(number, given.factor)
-    _check_size(value, number, unit)
+    _check_size(value, number, remedy)
     return number
 
 
-def _check_size(value: object, number: float, unit: str) -> None:
+def _check_size(value: object, number: float, remedy: str) -> None:
     """Raise UnitError for a number that is not finite, or beyond every physical range."""
     if not math.isfinite(number):
-        raise UnitError(f"{value!r} is not finite", f"write for example {example_quantity(unit)!r}")
+        raise UnitError(f"{value!r} is not finite", remedy)
     if number and not SMALLEST <= abs(number) <= LARGEST:
-        extent = f"not between {SMALLEST:g} and {LARGEST:g} in SI"
-        raise UnitError(f"{value!r} is {extent}", f"write for example {example_quantity(unit)!r}")
+        raise UnitError(f"{value!r} is not between {SMALLEST:g} and {LARGEST:g} in SI", remedy)
 
 
 def quantity_in_any_unit(value: object) -> float:
@@ -112,9 +111,10 @@ def quantity_in_any_unit(value: object) -> float:
     >>> quantity_in_any_unit("95 kg"), quantity_in_any_unit(3)
     (95.0, 3.0)
     """
-    number, text = _number_and_unit(value, "1")
+    remedy = f"write for example {example_quantity('1')!r}"
+    number, text = _number_and_unit(value, remedy)
     number = _scale(number, parse_unit(text).factor) if text else number
-    _check_size(value, number, "1")
+    _check_size(value, number, remedy)
     return number
 
 
@@ -148,11 +148,11 @@ def convert(value: float, source: str, target: str) -> float:
     return _scale(value, a.factor / b.factor)
 
 
-def _number_and_unit(value: object, unit: str) -> tuple[float, str]:
+def _number_and_unit(value: object, remedy: str) -> tuple[float, str]:
     if isinstance(value, str):
         return split_quantity(value)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise UnitError(f"{_describe(value)} is not a quantity", f"write for example {example_quantity(unit)!r}")
+        raise UnitError(f"{_describe(value)} is not a quantity", remedy)
     return float(value), ""
 
 
@@ -161,11 +161,11 @@ def _describe(value: object) -> str:
     return names.get(type(value), str(value).lower())
 
 
-def _parse_unit_of(value: object, text: str, unit: str) -> Unit:
+def _parse_unit_of(value: object, text: str, unit: str, remedy: str) -> Unit:
     try:
         return parse_unit_like(text, unit)
     except UnitError as error:
-        raise UnitError(f"{value!r}: {error.message}", f"write for example {example_quantity(unit)!r}") from None
+        raise UnitError(f"{value!r}: {error.message}", remedy) from None
 
 
 def _expected_unit(unit: str) -> str:

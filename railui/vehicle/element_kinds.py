@@ -69,14 +69,15 @@ BODY: Final = (
     _required("half_centres", "a_c", "m", "half the distance of the two", 1, 15),
 )
 WHEELSET: Final = (
-    *INERTIAS,
+    replace(INERTIAS[0], example="1500 kg"),
+    replace(INERTIAS[1], example="900 kg*m^2"),
     _number("spin_inertia", "I_y", "kg*m^2", "spin inertia", usual_range=(20, 400)),
     _number("half_gauge", "b", "m", "half the distance of the rolling circles", 0.75, exclusive_minimum=True,
             origin="standard gauge", usual_range=(0.5, 0.9)),
-    _required("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7),
+    replace(_required("rolling_radius", "r", "m", "nominal rolling radius", 0.2, 0.7), example="0.46 m"),
     _required("wheel_load", "N", "N", "load of one wheel on the rail", 1e4, 2e5),
     _coordinate("x", "position along the vehicle, positive forwards"),
-    _required("half_wheelbase", "a", "m", "half the wheelbase", 0.7, 2.0),
+    replace(_required("half_wheelbase", "a", "m", "half the wheelbase", 0.7, 2.0), example="1.28 m"),
     _required("roller_radius", "R", "m", "radius of the rollers that carry the wheels; a track where absent", 0.1, 2.0),
 )  # fmt: skip
 POINT: Final = (

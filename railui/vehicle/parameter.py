@@ -38,7 +38,7 @@ class Parameter:
         Standard deviation of a prior about the nominal value, for parameters that sensors hardly determine.
     optional : bool
     example : str
-        Value in the line that a remedy suggests; by default one of the unit.
+        Value in the line that a remedy suggests; by default one of the unit, or of the middle of the usual range.
     """
 
     path: str
@@ -77,7 +77,7 @@ class Parameter:
         >>> Parameter("contact.flange_clearance", "c", "m", "clearance").read("7 mm")
         0.007
         """
-        return self.check_range(quantity(value, self.unit), value)
+        return self.check_range(quantity(value, self.unit, self.usual_example.partition("  #")[0]), value)
 
     def check_range(self, number: float, value: object) -> float:
         """Return the number; UnitError if it is out of range."""
@@ -94,9 +94,24 @@ class Parameter:
             )
         return number
 
+    @property
+    def usual_example(self) -> str:
+        """Example for remedies: the stated one, that of the unit, or where that is unusual the default or a mean.
+
+        >>> Parameter("roller_radius", "R", "m", "radius of the rollers", usual_range=(0.1, 2.0)).usual_example
+        '400 mm'
+        """
+        low, high = self.usual_range
+        example = self.example or example_quantity(self.unit)
+        if self.example or low <= quantity(example, self.unit) <= high:
+            return example
+        middle = math.sqrt(low * high) if low > 0.0 else 0.5 * high
+        values = (self.default, float(f"{middle:.1g}"), middle)
+        return format_quantity(next(x for x in values if x and low <= x <= high), self.unit)
+
     def sample(self) -> str:
         """Return an example line for remedies."""
-        return f"{self.key}: {self.example or example_quantity(self.unit)}"
+        return f"{self.key}: {self.usual_example}"
 
 
 def numbered_path(path: str, number: int) -> str:

@@ -108,6 +108,23 @@ def test_the_whole_length_in_place_of_its_half_is_warned_of(tmp_path: Path, half
     assert problem.severity == "warning" and problem.remedy.startswith(f"give half of it if this is {name},")
 
 
+@pytest.mark.parametrize(
+    ("whole", "half"),
+    [
+        ("wheelbase", "half_wheelbase"),
+        ("wheel_base", "half_wheelbase"),
+        ("gauge", "half_gauge"),
+        ("spring_base", "half_spring_base"),
+        ("diameter", "rolling_radius"),
+    ],
+)
+def test_a_whole_length_is_to_be_halved(tmp_path: Path, whole: str, half: str) -> None:
+    text = (Path(__file__).parents[2] / "designs" / "test_bogie.yaml").read_text()
+    (tmp_path / "whole.yaml").write_text(text.replace(f"{half}:", f"{whole}:"))
+    [problem] = [p for p in check([tmp_path / "whole.yaml"]) if p.message == "unknown key"]
+    assert problem.remedy == f"did you mean {half!r}? give half of it"
+
+
 def test_a_column_in_other_letters_is_warned_of(campaign_folder: Path) -> None:
     """A column of another name, such as a temperature, is no misspelt one."""
     run = campaign_folder / "run_a.csv"

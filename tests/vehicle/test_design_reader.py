@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from railui.io.problems import FileProblems, Problem
-from railui.io.units import parse_unit
+from railui.io.units import UnitError, parse_unit
 from railui.io.yaml_document import parse_yaml
 from railui.vehicle.design_reader import Design, PlacedEffect, load_design, parse_design
-from railui.vehicle.parameters import DEFAULT_ESTIMATED, FORMS, PARAMETERS
+from railui.vehicle.element_kinds import BODY, DIRECTIONS, ELEMENT_KINDS, parameters_of_kind
+from railui.vehicle.parameter import Inclination, Parameter
+from railui.vehicle.parameters import BENCH_PARAMETERS, DEFAULT_ESTIMATED, FORMS, PARAMETERS
 
 ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 Records = list[dict[str, Any]]
@@ -221,6 +223,25 @@ def test_every_parameter_has_unit_symbol_and_caption(bogie: str) -> None:
         assert p.symbol and p.caption and p.path == path
         assert p.usual_range[0] <= p.usual_range[1] and p.minimum < p.maximum
         assert p.default is None or p.read(p.default) == p.default
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [BENCH_PARAMETERS.values(), BODY, *(parameters_of_kind(kind, way) for kind in ELEMENT_KINDS for way in DIRECTIONS)],
+)
+def test_the_example_of_a_parameter_is_one_of_real_vehicles(parameters: Iterable[Parameter]) -> None:
+    for p in parameters:
+        key, value = p.sample().partition("  #")[0].split(": ")
+        low, high = p.usual_range
+        assert key == p.key and (low <= p.read(value) <= high or isinstance(p, Inclination)), p.sample()
+
+
+def test_the_examples_of_a_wheelset_are_its_own() -> None:
+    samples = {p.path: p.sample() for p in parameters_of_kind("wheelset")}
+    assert samples["mass"] == "mass: 1500 kg" and samples["rolling_radius"] == "rolling_radius: 0.46 m"
+    assert samples["half_wheelbase"] == "half_wheelbase: 1.28 m"
+    with pytest.raises(UnitError, match=r"write for example '0\.46 m'"):
+        PARAMETERS["vehicle.geometry.rolling_radius"].read("0.46 kg")
 
 
 def test_poorly_observable_parameters_have_a_prior() -> None:
