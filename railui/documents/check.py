@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -34,6 +35,7 @@ from railui.vehicle.effects import Catalogue, kernel_catalogue
 from railui.vehicle.element import Element, load_element
 from railui.vehicle.multibody import bogie_masses
 from railui.vehicle.parameter import UNUSUAL_FACTOR, UNUSUAL_LENGTH_FACTOR
+from railui.vehicle.resolve import missing_limit
 
 if TYPE_CHECKING:
     from railui.contact.profile import Profile
@@ -123,7 +125,16 @@ def _check_file(
     if isinstance(loaded, Design):
         problems += _check_two_point_contact(loaded)
         problems += _check_usual_ranges(loaded)
+        problems += _check_rating(loaded)
     return problems
+
+
+def _check_rating(design: Design) -> list[Problem]:
+    """Warn of a design whose ride quality cannot be rated; its stability, curves and campaigns can be computed."""
+    problem = missing_limit(design)
+    if problem is None:
+        return []
+    return [replace(problem, message=f"{problem.message}, which ride and assess need", severity="warning")]
 
 
 def _check_usual_ranges(design: Design) -> list[Problem]:

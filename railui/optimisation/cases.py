@@ -14,7 +14,7 @@ from railui.ride_quality.comfort import MIN_BLOCKS
 from railui.ride_quality.statistics import BLOCK_DURATION
 from railui.track import parse_spec
 from railui.track.excitation import LINE_FILES, Excitation, TrackSource, is_track_file, resolve_track
-from railui.vehicle.resolve import resolve_model
+from railui.vehicle.resolve import require_rating, resolve_model
 from railui.vehicle.sampling import ParameterisedModel, draw_deviations
 
 PARAMETER_SAMPLE_STREAM: Final = 1  # random stream of the parameter samples, combined with the seed
@@ -126,6 +126,7 @@ def _vehicles(study: Study, seed: int) -> dict[tuple[int, int], ParameterisedMod
     vehicles = {}
     for s, overrides in enumerate(study.cases.scenario):
         model = resolve_model(apply_scenario(study.design, overrides))
+        require_rating(model.design)
         for d, deviations in enumerate(
             draw_deviations(model.design, study.cases.draws, [seed, PARAMETER_SAMPLE_STREAM])
         ):

@@ -20,7 +20,7 @@ from railui.vehicle.contact_profiles import GROUP as PROFILES_GROUP
 from railui.vehicle.design_reader import Design
 from railui.vehicle.linear import STRAIGHT_TRACK
 from railui.vehicle.parameter import is_numbered
-from railui.vehicle.resolve import resolve_model
+from railui.vehicle.resolve import require_rating, resolve_model
 from railui.vehicle.sampling import ParameterisedModel
 
 DEFAULT_INTERVALS: Final = 20  # of a range without a step
@@ -152,6 +152,8 @@ def case_of(
     cant_deficiency: float = 0.0,
 ) -> Case:
     """Return the case in which vehicles with values at `paths` are evaluated; straight level track by default."""
+    if track is not None:
+        require_rating(design)
     excitation = Excitation(STRAIGHT_TRACK if track is None else track, 1.0 if speed is None else speed)
     vehicle = ParameterisedModel(resolve_model(design), tuple(paths))
     return Case(excitation, vehicle, 0, 0, radius, cant_deficiency)

@@ -33,7 +33,7 @@ from railui.track.line_geometry import GRAVITY, cant_deficiency
 from railui.vehicle.grouping import group_by_structure
 from railui.vehicle.model import Model
 from railui.vehicle.on_track import half_gauges
-from railui.vehicle.resolve import ModelSource, resolve_model
+from railui.vehicle.resolve import ModelSource, require_rating, resolve_model
 from railui.vehicle.simulate import simulate_series
 
 TrackLike = Track | TrackSource | str | Path
@@ -120,6 +120,8 @@ def _relative_change(coarse: FloatArray, fine: FloatArray) -> float:
 
 def simulate_rides(models: Sequence[Model], excitation: Excitation, jobs: int | None = None) -> list[dict[str, Any]]:
     """Return the ride quality of models on one track, in their order; those of one structure share SIMD batches."""
+    for model in models:
+        require_rating(model.design)
     results: dict[int, dict[str, Any]] = {}
     for members in group_by_structure(models):
         rows = np.stack([models[i].row for i in members])
@@ -280,6 +282,7 @@ def ride(
     'reduced comfort after 2.21 h, within the journey of 4 h'
     """
     model, excitation = resolve_model(design), excitation_of(track, speed, seed)
+    require_rating(model.design)
     statistics = ride_statistics(model, model.row[None], excitation, jobs=jobs)
     safety = running_safety_many([model], excitation, statistics["steps"].astype(np.int64), jobs)[0]
     result = ride_result(model, statistics, 0, excitation, safety)

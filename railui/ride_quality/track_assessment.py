@@ -31,7 +31,7 @@ from railui.track import Track
 from railui.track.excitation import Excitation
 from railui.vehicle.model import Model
 from railui.vehicle.on_track import spacings
-from railui.vehicle.resolve import ModelSource, resolve_model
+from railui.vehicle.resolve import ModelSource, require_rating, resolve_model
 from railui.vehicle.simulate import simulate_series
 
 CURVES_NOTE: Final = (
@@ -108,6 +108,7 @@ def assess(
     (5, True)
     """
     model, excitation = resolve_model(design), excitation_of(track, speed, seed)
+    require_rating(model.design)
     sections = _cut_sections(excitation.track, section_length)
     ride = _TrackRide(model, excitation, jobs)
     geometry = band_pass(excitation.track, *GEOMETRY_BAND)

@@ -14,8 +14,11 @@ from railui.documents.check import check, load
 from railui.documents.recognise import recognise
 from railui.documents.schema import json_schema
 from railui.io.problems import FileProblems, Findings, Problem, suggest_name
+from railui.ride_quality.evaluation import ride
+from railui.ride_quality.track_assessment import assess
+from railui.running_stability.summary import stability
 from railui.runs.run import Run
-from railui.vehicle.design_reader import Design
+from railui.vehicle.design_reader import Design, load_design
 from railui.vehicle.parameters import PARAMETERS
 
 ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
@@ -123,6 +126,25 @@ def test_a_whole_length_is_to_be_halved(tmp_path: Path, whole: str, half: str) -
     (tmp_path / "whole.yaml").write_text(text.replace(f"{half}:", f"{whole}:"))
     [problem] = [p for p in check([tmp_path / "whole.yaml"]) if p.message == "unknown key"]
     assert problem.remedy == f"did you mean {half!r}? give half of it"
+
+
+def test_goods_without_the_acceleration_that_they_bear_are_warned_of(tmp_path: Path) -> None:
+    """Only what rates the ride refuses the design."""
+    text = (Path(__file__).parents[2] / "designs" / "test_bogie.yaml").read_text()
+    start = text.index("riding:")
+    (tmp_path / "goods.yaml").write_text(f"{text[:start]}riding: {{use: goods}}\n")
+    [problem] = check([tmp_path / "goods.yaml"])
+    assert problem.severity == "warning" and problem.key == "riding.rms_limit"
+    assert problem.line == text[:start].count("\n") + 1 and "`rms_limit: 2.5 m/s^2`" in problem.remedy
+    design = load_design(tmp_path / "goods.yaml")
+    assert stability(design, [20.0, 40.0])["klingel_wavelength"] > 0.0
+    for rate in (ride, assess_goods):
+        with pytest.raises(FileProblems, match=rf"goods\.yaml:{problem.line}:.*rms_limit"):
+            rate(design, "erri_b176_low length=100", 20.0)
+
+
+def assess_goods(design: Design, track: str, speed: float) -> object:
+    return assess(track, design, speed)
 
 
 def test_a_column_in_other_letters_is_warned_of(campaign_folder: Path) -> None:
