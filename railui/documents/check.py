@@ -193,7 +193,7 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     except FileProblems as error:
         return list(error.problems)
     for fault in diagnose(dataset).faults:
-        findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}", _remedy(fault))
+        findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}{_consequence(fault)}", _remedy(fault))
     for entry, run in zip(campaign.runs, runs, strict=True):
         _check_columns(run, entry.name, findings)
     for name in campaign.noise:
@@ -213,6 +213,14 @@ def _check_sampled_bands(campaign: Campaign, runs: Sequence[Run], findings: Find
             message = f"{entry.name}: sampled at {run.rate:.4g} Hz, compared up to {limit:.3g} Hz, not {highest:.3g} Hz"
             band = f"band: [{campaign.band[0]:g} Hz, {lowest:.3g} Hz]"
             findings.warn(f"runs.{i}.file", message, f"`{band}` compares all runs at the same frequencies")
+
+
+def _consequence(fault: Fault) -> str:
+    """Return what a serious fault does to the loop; empty for one that does not stop it."""
+    if not fault.serious:
+        return ""
+    correct = " unless `--correct` makes the correction" if fault.is_correctable else ""
+    return f"; the loop stops here{correct}"
 
 
 def _remedy(fault: Fault) -> str:

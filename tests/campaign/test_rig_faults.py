@@ -78,7 +78,9 @@ def test_header_units_of_two_systems_are_reported(tmp_path: Path) -> None:
     rewrite(tmp_path, scale(z=1e3), units={"z": "mm"})
     [fault] = faults(tmp_path)
     [warning] = check([tmp_path])
+    assert warning.remedy.startswith("add `sensors: {u: {gain: 0.001}}`")
     assert warning.remedy.endswith("or write the columns in SI units, or `gain: 1000` in the design")
+    assert warning.message.endswith("; the loop stops here unless `--correct` makes the correction")
     assert fault.serious and "u in N and z in mm" in fault.text and fault.yaml == "sensors: {u: {gain: 0.001}}"
     assert not examine_data(read_dataset(load_campaign(tmp_path)), correct=True).is_stopped
     set_gain(tmp_path, 1e3)
