@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from railui.arrays import FloatArray
 from railui.io.atomic import write_text
 from railui.io.problems import NO_POSITION, FileProblems, Findings, Position, refuse_stream, unreadable_file
-from railui.io.table_cells import MAX_REPORTED_CELLS, Header, cell_columns, parse_block, split_cells
+from railui.io.table_cells import CellFaults, Header, cell_columns, parse_block, split_cells
 
 MAX_ROWS = 20_000_000
 MAX_VALUES = 300_000_000  # in memory, 8 bytes each
@@ -98,9 +98,9 @@ def read_table(path: str | Path, *, drop_unfinished: bool = False) -> Table:
     findings = Findings(str(path))
     with _open_table(Path(path), findings) as stream:
         header, start = _read_header(stream, findings)
-        parts, rows, numbers, line = [], 0, 0, header.line + 1
+        parts, rows, numbers, line, faults = [], 0, 0, header.line + 1, CellFaults()
         for block in _line_blocks(stream, start, findings, drop_unfinished):
-            part = parse_block(block, header, line, findings)
+            part = parse_block(block, header, line, faults)
             line += block.count(b"\n")
             rows, numbers = rows + len(part), numbers + part.size
             if rows > MAX_ROWS:
@@ -110,9 +110,10 @@ def read_table(path: str | Path, *, drop_unfinished: bool = False) -> Table:
                 remedy = "cut the recording into parts, or leave out columns"
                 findings.add("", f"has more than {MAX_VALUES} numbers", remedy, position=(line, 1))
                 break
-            if len(findings.problems) >= MAX_REPORTED_CELLS:
+            if faults.are_many:
                 break
             parts.append(part)
+        faults.report(findings)
     findings.raise_errors()
     if rows == 0:
         findings.add("", "has a header and no row", "give one row per sample", position=(header.line, 1))

@@ -387,6 +387,30 @@ def test_parsing_cell_by_cell_reads_the_same_numbers(
     np.testing.assert_array_equal(load_run(path).columns["e1"], fast)
 
 
+def test_times_of_the_day_and_a_word_are_each_reported_once(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
+    header, *rows = lines(as_csv(columns()))
+    cells = [row.split(",") for row in rows]
+    text = "\n".join(
+        [header, *(f"10:00:{i // 50:02d}.{2 * (i % 50):02d},40,0,OVER,{c[4]}" for i, c in enumerate(cells))]
+    )
+    times, word = problems_of(lambda: load_run(written(text)))
+    assert (times.line, times.column, times.key) == (2, 1, "t") and "`railui import`" in times.remedy
+    assert times.message == "'10:00:00.00' is a time of the day, not a number (and 999 more rows)"
+    assert (word.line, word.key, word.message) == (2, "e1", "'OVER' is not a number (and 999 more rows)")
+
+
+def test_decimal_commas_between_commas_are_reported_once(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
+    header, *rows = lines(as_csv(columns()))
+    text = "\n".join([header, *(row.replace(".", ",") for row in rows)])
+    [problem] = problems_of(lambda: load_run(written(text)))
+    assert problem.line == 2 and "999 more rows)" in problem.message
+    assert "decimals with a comma need semicolons between the cells" in problem.remedy
+
+
 # units, as docs/columns.md states them
 
 
