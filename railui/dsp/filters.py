@@ -6,6 +6,7 @@ The functions have the names and conventions of scipy.signal, whose import would
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,9 +46,15 @@ def butterworth(order: int, edges: Sequence[float], rate: float) -> FloatArray:
     >>> butterworth(2, [25.0], 100.0).round(4).tolist()  # (1 + 1/z)^2/(2 + sqrt 2 + (2 - sqrt 2)/z^2)
     [[0.2929, 0.5858, 0.2929, 1.0, -0.0, 0.1716]]
     """
+    return _designed(order, tuple(map(float, edges)), float(rate)).copy()
+
+
+@lru_cache(maxsize=64)
+def _designed(order: int, edges: tuple[float, ...], rate: float) -> FloatArray:
+    """Design a filter once: the same few serve all channels and runs."""
     if order < 1 or not np.all(np.diff([0.0, *edges, rate / 2]) > 0):
         bounds = f"an order of at least 1 and edges that increase between 0 and {rate / 2:g} Hz"
-        raise ValueError(f"a filter needs {bounds}: {order}, {edges}")
+        raise ValueError(f"a filter needs {bounds}: {order}, {list(edges)}")
     w = np.tan(np.pi * np.asarray(edges) / rate)  # warped edges over 2 rate, the unit of all poles below
     poles = _prototype_poles(order)
     if len(w) == 1:
@@ -120,6 +127,7 @@ def sosfiltfilt(sections: FloatArray, x: FloatArray) -> FloatArray:
     start = 2.0 * x[..., :1] - x[..., extension:0:-1]
     end = 2.0 * x[..., -1:] - x[..., -2 : -2 - extension : -1]
     y = np.concatenate([start, x, end], axis=-1)
+    steady = sosfilt_zi(sections)
     for _ in range(2):
-        y = sosfilt(sections, y, sosfilt_zi(sections) * y[..., :1, None])[..., ::-1]
+        y = sosfilt(sections, y, steady * y[..., :1, None])[..., ::-1]
     return y[..., extension : extension + n]
