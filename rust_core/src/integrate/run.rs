@@ -58,8 +58,7 @@ impl<F: Form> Job for Along<'_, '_, '_, F> {
             Interleave::Straight if P::WIDTH == LANES && self.run.live > P::Single::WIDTH => {
                 self.step_in_groups::<P>(LANES)
             }
-            Interleave::StraightEights if P::WIDTH == LANES => self.step_in_groups::<P::Single>(LANES / 2),
-            Interleave::Straight | Interleave::StraightEights => self.step_in_groups::<P::Single>(P::WIDTH),
+            Interleave::Straight | Interleave::StraightPairs => self.step_in_groups::<P::Single>(P::WIDTH),
         }
     }
 }

@@ -68,13 +68,13 @@ impl<'a> Choice<'a> {
 }
 
 /// Interleaving of SIMD parts: one after the other, eight lanes at a time where the first cache has no room for more; or,
-/// where a rate is short, a whole step in straight code: with AVX2 two parts of one register each in turns, with AVX-512
-/// all sixteen lanes in the same lines, or eight at a time where the registers have no room for more.
+/// where a rate is short, a whole step in straight code: two parts of one register each in turns, or with AVX-512 all
+/// sixteen lanes in the same lines where the registers have room for them.
 pub enum Interleave {
     None,
     Eights,
     Straight,
-    StraightEights,
+    StraightPairs,
 }
 
 /// A form of the rate of change that is compiled on its own, with its own step loop.
@@ -111,7 +111,7 @@ impl<const LAWS: bool, const SPIN: bool, const PORTS: bool> Form for Bogie<LAWS,
     const PORTABLE: bool = false;
     const INTERLEAVE: Interleave = match (PORTS, SPIN) {
         (true, _) => Interleave::None,
-        (false, true) => Interleave::StraightEights,
+        (false, true) => Interleave::StraightPairs,
         (false, false) => Interleave::Straight,
     };
 
