@@ -55,10 +55,7 @@ impl<F: Form> Job for Along<'_, '_, '_, F> {
             Interleave::None => self.widest_first::<P>(),
             Interleave::Eights if P::WIDTH == LANES => self.step_in_groups::<P::Single>(LANES / 2),
             Interleave::Eights => self.step_in_groups::<P>(LANES / 2),
-            Interleave::Straight if P::WIDTH == LANES && self.run.live > P::Single::WIDTH => {
-                self.step_in_groups::<P>(LANES)
-            }
-            Interleave::Straight | Interleave::StraightPairs => self.step_in_groups::<P::Single>(P::WIDTH),
+            Interleave::Straight => self.step_in_groups::<P::Single>(P::WIDTH),
         }
     }
 }

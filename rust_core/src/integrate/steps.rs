@@ -40,7 +40,7 @@ impl Run<'_, '_> {
             }
             for step in 0..if last { 1 } else { steps } {
                 let begin = 2 * (steps * k + step);
-                if let Interleave::Straight | Interleave::StraightPairs = F::INTERLEAVE {
+                if let Interleave::Straight = F::INTERLEAVE {
                     self.straight(parts, begin, last, (step == 0).then_some(k));
                     continue;
                 }
@@ -83,10 +83,7 @@ impl Run<'_, '_> {
         let rows = [0, 1, 2].map(|half| begin + if last { 0 } else { half }).map(|i| (i, self.inputs.row(i)));
         let Some((one, others)) = parts.split_first_mut() else { return };
         let mut stages = Rk4Stages::empty();
-        // there is never another of sixteen lanes: then all are in one
-        if P::WIDTH < LANES
-            && let Some(other) = others.first_mut()
-        {
+        if let Some(other) = others.first_mut() {
             let mut others = Rk4Stages::empty();
             one.first(rows[0], &mut stages, sample, self.recorder);
             other.first(rows[0], &mut others, sample, self.recorder);

@@ -68,13 +68,11 @@ impl<'a> Choice<'a> {
 }
 
 /// Interleaving of SIMD parts: one after the other, eight lanes at a time where the first cache has no room for more; or,
-/// where a rate is short, a whole step in straight code: two parts of one register each in turns, or with AVX-512 all
-/// sixteen lanes in the same lines where the registers have room for them.
+/// two of one register each in turns, a whole step in straight code, where a rate is short.
 pub enum Interleave {
     None,
     Eights,
     Straight,
-    StraightPairs,
 }
 
 /// A form of the rate of change that is compiled on its own, with its own step loop.
@@ -109,11 +107,7 @@ pub struct Bogie<const LAWS: bool, const SPIN: bool, const PORTS: bool>;
 
 impl<const LAWS: bool, const SPIN: bool, const PORTS: bool> Form for Bogie<LAWS, SPIN, PORTS> {
     const PORTABLE: bool = false;
-    const INTERLEAVE: Interleave = match (PORTS, SPIN) {
-        (true, _) => Interleave::None,
-        (false, true) => Interleave::StraightPairs,
-        (false, false) => Interleave::Straight,
-    };
+    const INTERLEAVE: Interleave = if PORTS { Interleave::None } else { Interleave::Straight };
 
     #[inline(always)]
     fn part<'a, P: Part>(group: &'a Group, _: &'a Choice<'a>, inputs: &InputTable<'_>, at: usize) -> impl Rate<P> + 'a {
