@@ -14,8 +14,11 @@ from railui.io.table import read_table
 
 
 def read_recorded(path: Path) -> list[Recording]:
-    """Read the recordings of a directory, one per start and layout of the logger, or that of one file."""
-    files = [path] if path.is_file() else sorted(path.glob("run_*.csv"))
+    """Read the recordings of a directory, one per start and layout of the logger, or that of one file.
+
+    A file of a directory is empty where the recorder was killed as it began it: the session's rows are in raw.bin.
+    """
+    files = [path] if path.is_file() else [f for f in sorted(path.glob("run_*.csv")) if f.stat().st_size]
     if not files:
         remedy = "railui capture decode RAW rebuilds the runs from raw.bin" if (path / "raw.bin").exists() else ""
         raise file_problem(path, "holds no run_*.csv", remedy or "give a recording")

@@ -23,6 +23,7 @@ from railui.capture.protocol.frames import Channel
 from railui.capture.recorder.record import Recorder
 from railui.capture.recorder.replay import decode
 from railui.capture.simulator.terminal import PseudoTerminal, play
+from railui.io.problems import FileProblems
 from railui.io.table import read_table
 from tests.capture.ports import (
     RAILUI,
@@ -145,7 +146,7 @@ def test_at_most_the_last_second_is_missing_after_a_kill(tmp_path: Path) -> None
                 assert np.array_equal(np.rint((t - t[0]) * 200), counted - counted[0])
                 assert counted[-1] >= 200 * (last - 1.0) - unread / FRAME_BYTES, "more than the last second is missing"
                 checked_rows.append(counted.size)
-            for live in out.glob("run_*.csv"):
+            for live in (f for f in out.glob("run_*.csv") if f.stat().st_size):  # else killed as it was begun
                 written = read_recordings(live)[0].t
                 assert np.array_equal(written, read_table(again / live.name).column("t")[: written.size])
 
@@ -284,6 +285,17 @@ def test_unfinished_last_line_is_removed(tmp_path: Path) -> None:
     run = tmp_path / "run_001.csv"
     run.write_bytes(run.read_bytes()[:-7])
     assert read_recordings(tmp_path)[0].t.size == 999
+
+
+def test_a_file_that_a_killed_recorder_left_empty_is_no_recording(tmp_path: Path) -> None:
+    (tmp_path / "run_001.csv").write_text("t [s],e1 [m]\n0,1\n0.01,2\n0.02,3\n")
+    (tmp_path / "run_002.csv").touch()
+    (recording,) = read_recordings(tmp_path)
+    assert recording.channels["e1"].tolist() == [1.0, 2.0, 3.0]
+    (tmp_path / "run_001.csv").unlink()
+    (tmp_path / "raw.bin").touch()
+    with pytest.raises(FileProblems, match="capture decode RAW rebuilds"):
+        read_recordings(tmp_path)
 
 
 def test_logger_plays_at_the_given_pace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
