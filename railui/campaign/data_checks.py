@@ -52,7 +52,9 @@ def check_gaps(file: str, counts: Mapping[str, int]) -> list[Finding]:
     if not counts.get("gaps") and not counts.get("nan_rows"):
         return []
     share = 100.0 * counts["unused_rows"] / max(counts["rows"], 1)
-    text = f"{counts['gaps']} gaps, {counts['nan_rows']} rows with empty cells: {share:.1f} % of the rows are not used"
+    gaps, rows = counts["gaps"], counts["nan_rows"]
+    found = f"{gaps} gap{'' if gaps == 1 else 's'}, {rows} row{'' if rows == 1 else 's'} with empty cells"
+    text = f"{found}: {share:.3g} % of the rows are not used"
     return [Finding("gaps", file, None, counts["gaps"], "1", text)]
 
 

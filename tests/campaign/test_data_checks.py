@@ -81,7 +81,9 @@ def test_a_slow_record_of_a_rig_may_repeat_a_value():
 def test_unused_rows_are_reported_as_a_share():
     assert check_gaps("run", {"rows": 200, "gaps": 0, "nan_rows": 0, "unused_rows": 0}) == []
     (finding,) = check_gaps("run", {"rows": 200, "gaps": 2, "nan_rows": 3, "unused_rows": 5})
-    assert finding.value == 2 and "2.5 % of the rows" in finding.text
+    assert finding.value == 2 and "2 gaps, 3 rows" in finding.text and "2.5 % of the rows" in finding.text
+    (finding,) = check_gaps("run", {"rows": 20000, "gaps": 1, "nan_rows": 1, "unused_rows": 2})
+    assert finding.text == "1 gap, 1 row with empty cells: 0.01 % of the rows are not used"
 
 
 def test_clearance_lowers_the_coherence_with_the_track():
