@@ -43,14 +43,9 @@ def modes_at_speeds(model: Model, speeds: Sequence[float]) -> list[dict[str, Any
     return [mode for speed, matrix in zip(speeds, matrices, strict=True) for mode in _modes(model, speed, matrix)]
 
 
-def root_of(mode: Mapping[str, Any]) -> complex:
-    """Return the root [1/s] of a mode."""
-    return complex(mode["real"], mode["imag"])
-
-
 def least_damped_mode(modes: Iterable[Mapping[str, Any]]) -> Mapping[str, Any] | None:
     """Return the mode with the smallest damping ratio, but for constants; None without any."""
-    moving = [mode for mode in modes if abs(root_of(mode)) >= MIN_ROOT]
+    moving = [mode for mode in modes if abs(complex(mode["real"], mode["imag"])) >= MIN_ROOT]
     return min(moving, key=lambda mode: float(mode["damping"]), default=None)
 
 

@@ -18,10 +18,10 @@ from railui.running_stability.critical_speed import (
     klingel_wavelength_of,
 )
 from railui.running_stability.limit_cycles import LimitCycles, find_limit_cycles, with_flange
-from railui.running_stability.modes import least_damped_mode, modes_at_speeds, root_of
+from railui.running_stability.modes import least_damped_mode, modes_at_speeds
 from railui.track.excitation import Excitation, TrackSource, resolve_track
 from railui.vehicle.design_reader import Design
-from railui.vehicle.linear import least_damping, linearisation_notes, state_matrices
+from railui.vehicle.linear import linearisation_notes, state_matrices
 from railui.vehicle.model import Model
 from railui.vehicle.resolve import resolve_model
 
@@ -96,14 +96,15 @@ def stability(
     linear = critical_speeds(model, rows, grid[-1])[0]
     rest = critical_speeds(model, rows, grid[-1], at_rest=True)[0] if model.effects else linear
     modes = modes_at_speeds(model, grid)
+    least_damped = least_damped_mode(modes)
     notes = _linear_notes(model, linear, rest, grid[-1])
     result: dict[str, Any] = {
         "linear_critical_speed": None if linear is None else linear.speed,
         "linear_critical_speed_sd": critical_speed_sd(model, 2.0 * grid[-1]) if linear else None,
         "linear_critical_frequency": None if linear is None else linear.frequency,
         "rest_critical_speed": None if rest is None else rest.speed,
-        "linear_damping": float(least_damping(np.array([root_of(mode) for mode in modes]))),
-        "linear_damping_mode": least_damped_mode(modes),
+        "linear_damping": np.inf if least_damped is None else least_damped["damping"],
+        "linear_damping_mode": least_damped,
         "klingel_wavelength": klingel_wavelength_of(model, model.row),
         "fold_speed": None,
         "fold": None,

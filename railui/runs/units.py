@@ -11,7 +11,6 @@ from railui.arrays import FloatArray
 from railui.io.problems import Findings
 from railui.io.table import Table
 from railui.io.unit_parser import Unit
-from railui.io.units import STANDARD_GRAVITY as STANDARD_GRAVITY
 from railui.io.units import UnitError, parse_unit, parse_unit_like
 from railui.runs.columns import Column
 
@@ -20,7 +19,6 @@ DERIVATIVE_ORDERS = {"vz": 1, "az": 2}
 # SI units of a bench, by column: translation, rotation
 BENCH_UNITS = {"z": ("m", "rad"), "vz": ("m/s", "rad/s"), "F": ("N", "N*m")}
 MAX_PLAUSIBLE_SD = 0.2  # m
-GRAVITY_LABEL = "g"  # of an acceleration
 CROSS_LEVEL_HEIGHT = (
     "divide the height by the distance of the running circles, 1.5 m, or give the channel to `cross_level` in a map of "
     "`railui import`, which does so"

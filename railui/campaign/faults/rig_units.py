@@ -11,8 +11,7 @@ from railui.campaign.dataset import Dataset
 from railui.campaign.faults.fault import Fault
 from railui.campaign.faults.rig_responses import are_driven, longest_records, ratio_to_nominal, window_seconds
 from railui.campaign.segment import Segment
-from railui.io.units import UnitError, parse_unit
-from railui.runs.units import GRAVITY_LABEL, STANDARD_GRAVITY
+from railui.io.units import UnitError, parse_unit, parse_unit_like
 
 # dimension of the input and of the motion: translation, rotation
 INPUT_UNITS = {
@@ -72,11 +71,9 @@ def _unit_factor(dataset: Dataset, index: int, channel: str) -> float | None:
 
 
 def _factor(label: str, unit: str) -> float | None:
-    """Return the factor from a label to a unit; g is the acceleration of gravity where the unit is one."""
-    if label == GRAVITY_LABEL and unit == "m/s^2":
-        return STANDARD_GRAVITY
+    """Return the factor from a label to a unit; None where they do not fit."""
     try:
-        given, wanted = parse_unit(label), parse_unit(unit)
+        given, wanted = parse_unit_like(label, unit), parse_unit(unit)
     except UnitError:
         return None
     return given.factor / wanted.factor if label and given.dimension == wanted.dimension else None

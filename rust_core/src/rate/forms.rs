@@ -67,8 +67,8 @@ impl<'a> Choice<'a> {
     }
 }
 
-/// Interleaving of SIMD parts: one after the other, eight lanes at a time where the first cache has no room for more; or,
-/// two of one register each in turns, a whole step in straight code, where a rate is short.
+/// Interleaving of SIMD parts: one after the other, eight lanes at a time where the first cache has no room for more;
+/// or two of one register each in turns, a whole step in straight code, where a rate is short.
 pub enum Interleave {
     None,
     Eights,

@@ -146,7 +146,7 @@ def test_at_most_the_last_second_is_missing_after_a_kill(tmp_path: Path) -> None
                 assert np.array_equal(np.rint((t - t[0]) * 200), counted - counted[0])
                 assert counted[-1] >= 200 * (last - 1.0) - unread / FRAME_BYTES, "more than the last second is missing"
                 checked_rows.append(counted.size)
-            for live in (f for f in out.glob("run_*.csv") if f.stat().st_size):  # else killed as it was begun
+            for live in (f for f in out.glob("run_*.csv") if f.stat().st_size):  # others: killed at once
                 written = read_recordings(live)[0].t
                 assert np.array_equal(written, read_table(again / live.name).column("t")[: written.size])
 
