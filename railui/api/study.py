@@ -110,7 +110,7 @@ class Study(SearchStudy, Summarised):
         method : mapping, optional
             kind, population, generations and seed.
         draws : int, optional
-            Vehicles drawn from the covariance of a calibrated design.
+            Vehicles of the parameter samples of a calibrated design, of its covariance where it has none.
         radius, cant_deficiency : float or str, optional
             Curve of the results of `curve` [m].
         name : str

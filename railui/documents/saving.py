@@ -98,6 +98,8 @@ def _write_adjustment(writer: YamlWriter, adjustment: Adjustment) -> None:
         writer.entry("sha256", adjustment.sha256)
         writer.entry("names", adjustment.names)
         writer.items("covariance", adjustment.covariance)
+        if adjustment.samples:
+            writer.items("samples", adjustment.samples)
 
 
 def _symbols_and_units(path: str, value: Any) -> str:

@@ -11,6 +11,7 @@ from railui.io.atomic import sha256_file, to_json_value
 from railui.io.problems import file_problem
 from railui.optimisation.study import Study
 from railui.track.excitation import is_track_file
+from railui.vehicle.design_reader import Design
 
 CHANGEABLE_KEYS: Final = ("method.generations",)  # a longer search repeats the generations of the shorter one
 MAX_DIFFERENCES_SHOWN: Final = 5
@@ -19,7 +20,6 @@ MAX_DIFFERENCES_SHOWN: Final = 5
 def snapshot(study: Study) -> dict[str, Any]:
     """Return everything in a study that decides the result of the search, as JSON; track files by their SHA-256."""
     cases = vars(study.cases) | {"track": [_track_text(study, track) for track in study.cases.track]}
-    adjustment = study.design.adjustment
     content: dict[str, Any] = to_json_value(
         {
             "study": study.name,
@@ -29,10 +29,17 @@ def snapshot(study: Study) -> dict[str, Any]:
             "constraints": [[item.key, item.relation, item.bound] for item in study.constraints],
             "method": vars(study.method),
             "design": study.design.content(),
-            "covariance": [adjustment.names, adjustment.covariance] if adjustment and study.cases.draws else None,
+            "covariance": _spread_of(study.design) if study.cases.draws else None,
         }
     )
     return content
+
+
+def _spread_of(design: Design) -> list[Any] | None:
+    adjustment = design.adjustment
+    if adjustment is None:
+        return None
+    return [adjustment.names, adjustment.covariance, *([adjustment.samples] if adjustment.samples else [])]
 
 
 def _track_text(study: Study, track: str) -> str:

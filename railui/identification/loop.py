@@ -26,6 +26,7 @@ from railui.identification.estimation.leave_one_out import LeftOutRun, leave_one
 from railui.identification.estimation.multiple_shooting import refit_hunting
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.parallel_models import two_parallel_models
+from railui.identification.estimation.parameter_samples import with_parameter_samples
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.residual_evidence import NOT_EXAMINED, ResidualEvidence, examine_residual
 from railui.identification.estimation.track_noise import with_level_of_residual, with_track_noise
@@ -331,11 +332,11 @@ def _final_fit(
 def final_estimates(context: Context, fit: Fit, validation: Validation) -> Fit:
     """Take the last step of the estimation, unless it raises the misfit of the validation runs by too much."""
     last = with_spread_of_held_parameters(context, with_unbiased_estimates(context, fit))
-    if not last.shift.size:
-        return last
-    limit = (1.0 + context.settings.calibration.bias_misfit_share) ** 0.5 * validation.nrmse
-    is_as_good = validate(context, last.model, context.dataset.selection).nrmse <= limit
-    return last if is_as_good else with_shift_as_spread(fit, last)
+    if last.shift.size:
+        limit = (1.0 + context.settings.calibration.bias_misfit_share) ** 0.5 * validation.nrmse
+        is_as_good = validate(context, last.model, context.dataset.selection).nrmse <= limit
+        last = last if is_as_good else with_shift_as_spread(fit, last)
+    return with_parameter_samples(context, last)
 
 
 def report_data_checks(context: Context, diagnosis: Diagnosis | None = None) -> tuple[Finding, ...]:

@@ -130,7 +130,9 @@ def _vehicles(study: Study, seed: int) -> dict[tuple[int, int], ParameterisedMod
         for d, deviations in enumerate(
             draw_deviations(model.design, study.cases.draws, [seed, PARAMETER_SAMPLE_STREAM])
         ):
-            vehicles[s, d] = ParameterisedModel(model, paths, deviations)
+            # what the study sets itself has no error of estimation
+            own = {path: by for path, by in deviations.items() if path not in paths and path not in overrides}
+            vehicles[s, d] = ParameterisedModel(model, paths, own)
     return vehicles
 
 

@@ -179,7 +179,7 @@ def result_warnings(study: Study, unit: FloatArray, knee: int | None) -> list[st
         what = "no objective or constraint evaluates a curve: what is optimal on straight track may cause"
         warnings.append(f"{' and '.join(stiffnesses)} varied, and {what} high guiding forces and wear in curves")
     if study.cases.draws and study.design.adjustment is not None:
-        what = "samples of the covariance of the calibrated parameters, the calibrated values not among them"
+        what = "samples of the calibrated parameters, the calibrated values not among them"
         warnings.append(f"{study.cases.draws} {what}")
     return warnings
 

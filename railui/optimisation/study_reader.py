@@ -95,11 +95,13 @@ def _read_scenarios(
 
 
 def _check_draws(cases: Mapping[str, Any], design: Design | None, findings: Findings) -> None:
-    draws = cases.get("draws")
-    if design is not None and design.adjustment is None and isinstance(draws, int) and draws > 0:
-        findings.add(
-            "cases.draws", "the vehicle has no adjustment to draw from", "name an adjusted.yaml, or set draws: 0"
-        )
+    path, draws = "cases.draws", cases.get("draws")
+    if design is None or not isinstance(draws, int) or draws <= 0:
+        return
+    if design.adjustment is None:
+        findings.add(path, "the vehicle has no adjustment to draw from", "name an adjusted.yaml, or set draws: 0")
+    elif design.adjustment.samples and draws > (most := len(design.adjustment.samples)):
+        findings.add(path, f"the vehicle has {most} samples of its parameters", f"give {most} or fewer")
 
 
 def _warn_of_fixed_transfer(

@@ -40,7 +40,7 @@ SCENARIO = ValueReader(
 
 
 class CasesModel(Group):
-    """Tracks x speeds x seeds x scenarios (x samples of the covariance of the calibrated parameters)."""
+    """Tracks x speeds x seeds x scenarios (x samples of the calibrated parameters)."""
 
     track: Annotated[list[Text], LIST_OR_SCALAR] = Field(
         json_schema_extra={"sample": "track: [erri_b176_low length=2000]"}

@@ -95,7 +95,7 @@ def critical_speed_sd(model: Model, highest: float, draws: int = COVARIANCE_DRAW
     highest : float
         Highest speed of the search [m/s].
     draws : int
-        Vehicles drawn from the covariance, by a fixed seed.
+        Vehicles drawn from the covariance, by a fixed seed, of a design without samples of its own.
 
     Returns
     -------
@@ -104,6 +104,7 @@ def critical_speed_sd(model: Model, highest: float, draws: int = COVARIANCE_DRAW
     """
     if model.design.adjustment is None:
         return None
+    draws = len(model.design.adjustment.samples) or draws
     deviations = draw_deviations(model.design, draws, COVARIANCE_SEED)
     rows = np.concatenate([ParameterisedModel(model, (), d).rows(np.zeros((1, 0))) for d in deviations])
     speeds = [found.speed for found in critical_speeds(model, rows, highest) if found is not None]

@@ -23,9 +23,22 @@ class RidingSettings:
 
 @dataclass(frozen=True)
 class Adjustment:
-    """Parameter estimation that produced a design: campaign, its hash, estimated paths, covariance (rows, SI)."""
+    """Parameter estimation that produced a design.
+
+    Attributes
+    ----------
+    campaign, sha256
+        Name and hash of the campaign.
+    names
+        Paths of the estimated parameters.
+    covariance
+        Their covariance, row by row [SI].
+    samples
+        Deviations from the design's values [SI], a row per vehicle that reproduces the measured motions about as well.
+    """
 
     campaign: str
     sha256: str
     names: tuple[str, ...]
     covariance: tuple[tuple[float, ...], ...]
+    samples: tuple[tuple[float, ...], ...] = ()

@@ -208,7 +208,9 @@ def _add_adjustment(design: Design, model: Any, findings: Findings) -> Design:
         if name not in known:
             findings.add(f"adjustment.names.{i}", f"no such parameter {name!r}", suggest_name(name, sorted(known)))
     _check_covariance(given.covariance, len(given.names), findings)
-    adjustment = Adjustment(given.campaign, given.sha256, tuple(given.names), tuple(map(tuple, given.covariance)))
+    _check_samples(given.samples, len(given.names), findings)
+    covariance, samples = tuple(map(tuple, given.covariance)), tuple(map(tuple, given.samples))
+    adjustment = Adjustment(given.campaign, given.sha256, tuple(given.names), covariance, samples)
     return replace(design, adjustment=adjustment)
 
 
@@ -224,6 +226,13 @@ def _check_covariance(rows: Sequence[Sequence[float]], n: int, findings: Finding
     pairs = ((i, j) for i in range(n) for j in range(i))
     if any(abs(rows[i][j] - rows[j][i]) > 1e-6 * math.sqrt(variances[i] * variances[j]) for i, j in pairs):
         findings.add(path, "is not symmetric", remedy)
+
+
+def _check_samples(rows: Sequence[Sequence[float]], n: int, findings: Findings) -> None:
+    for i, row in enumerate(rows):
+        if len(row) != n or not all(map(math.isfinite, row)):
+            text = f"has not {n} finite numbers, one for each of adjustment.names"
+            findings.add(f"adjustment.samples.{i}", text, "take the file that the adjustment wrote")
 
 
 __all__ = ["Adjustment", "Design", "PlacedEffect", "RidingSettings", "load_design", "parse_design"]

@@ -15,12 +15,13 @@ from railui.vehicle.parameters import FORMS, RIDING, SETTINGS, nest, setting_pat
 
 
 class AdjustmentModel(Group):
-    """`adjustment` of a design: campaign, estimated paths and their covariance."""
+    """`adjustment` of a design: campaign, estimated paths, their covariance, samples of their deviations."""
 
     campaign: Text
     sha256: Text = ""
     names: Annotated[list[Text], LIST]
     covariance: Annotated[list[Annotated[list[float], LIST]], LIST]
+    samples: Annotated[list[Annotated[list[float], LIST]], LIST] = Field(default_factory=list)
 
 
 def number_field(parameter: Parameter) -> tuple[Any, Any]:

@@ -108,7 +108,7 @@ def _clip_to_range(design: Design, path: str, values: FloatArray, by: float) -> 
 
 
 def draw_deviations(design: Design, count: int, seed: Sequence[int]) -> list[dict[str, float]]:
-    """Draw deviations of the estimated parameters from their covariance.
+    """Draw deviations of the estimated parameters: from the samples of a calibrated design, else from its covariance.
 
     Parameters
     ----------
@@ -116,7 +116,13 @@ def draw_deviations(design: Design, count: int, seed: Sequence[int]) -> list[dic
     count : int
         Number of samples; 0 gives a single sample without deviations.
     seed : sequence of int
-        Each sample has its own random numbers, keyed by `seed` and its index.
+        Order of the design's samples; each one from a covariance has its own random numbers, keyed by `seed` and its
+        index. The first ones of more are those of fewer.
+
+    Raises
+    ------
+    ValueError
+        If the design has fewer samples.
 
     Examples
     --------
@@ -126,7 +132,12 @@ def draw_deviations(design: Design, count: int, seed: Sequence[int]) -> list[dic
     """
     if count == 0 or design.adjustment is None:
         return [{}]
-    names = design.adjustment.names
+    names, known = design.adjustment.names, design.adjustment.samples
+    if known:
+        if count > len(known):
+            raise ValueError(f"{count} samples of a design that has {len(known)}")
+        order = np.random.default_rng(np.random.SeedSequence(seed)).permutation(len(known))
+        return [dict(zip(names, known[i], strict=True)) for i in order[:count]]
     root = covariance_root(np.array(design.adjustment.covariance, dtype=np.float64))
     samples = []
     for i in range(count):

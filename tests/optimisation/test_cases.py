@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from railui.io.problems import FileProblems
 from railui.optimisation.cases import cases_of, seeds_of
 from railui.optimisation.evaluation import response_table
 from tests.optimisation.studies import BOGIE, HOME, small_study
@@ -43,3 +45,29 @@ def test_each_parameter_sample_is_a_case_with_its_own_result(tmp_path: Path) -> 
     study = small_study(tmp_path, adjusted, cases=cases)
     scores = response_table(cases_of(study), np.array([[3e4, 3e4]]), ["score"]).values["score"]
     assert scores.shape == (1, 3) and np.ptp(scores) > 0
+
+
+SAMPLED = """adjustment:
+  campaign: c
+  names: [contact.leading.conicity, contact.trailing.conicity, vehicle.secondary.yaw_damping]
+  covariance: [[1.0e-4, 0, 0], [0, 1.0e-4, 0], [0, 0, 1.0e+6]]
+  samples: [[0.01, 0.02, 2000], [-0.01, -0.02, 1000]]
+"""
+
+
+def test_numbers_that_the_study_sets_have_no_error_of_estimation(tmp_path: Path) -> None:
+    adjusted = tmp_path / "adjusted.yaml"
+    adjusted.write_text(BOGIE.read_text("utf-8") + SAMPLED, "utf-8")
+    cases = "{track: [erri_b176_low length=200], speed: [40], scenario: [{contact.leading.conicity: 0.3}], draws: 2}"
+    study = small_study(tmp_path, adjusted, cases=cases)
+    assert "vehicle.secondary.yaw_damping" in [variable.path for variable in study.variables]
+    drawn = [case.vehicle.deviations for case in cases_of(study)]
+    assert sorted(one["contact.trailing.conicity"] for one in drawn) == [-0.02, 0.02]
+    assert all(one.keys() == {"contact.trailing.conicity"} for one in drawn)
+
+
+def test_more_draws_than_the_vehicle_has_samples_are_refused(tmp_path: Path) -> None:
+    adjusted = tmp_path / "adjusted.yaml"
+    adjusted.write_text(BOGIE.read_text("utf-8") + SAMPLED, "utf-8")
+    with pytest.raises(FileProblems, match="the vehicle has 2 samples of its parameters, give 2 or fewer"):
+        small_study(tmp_path, adjusted, cases="{track: [erri_b176_low length=200], speed: [40], draws: 3}")

@@ -62,3 +62,14 @@ def test_draws_of_parameters_of_very_different_size_have_their_covariance() -> N
     draws = root @ random.standard_normal((17, 20_000))
     assert draws.std(axis=1) / sd == pytest.approx(np.ones(17), abs=0.02)
     assert np.max(np.abs(np.corrcoef(draws) - correlation)) < 0.03
+
+
+def test_samples_of_a_calibrated_design_are_drawn_in_the_order_of_the_seed() -> None:
+    names, rows = "[contact.leading.conicity, vehicle.secondary.yaw_damping]", [[0.001 * i, 10.0 * i] for i in range(8)]
+    text = f"adjustment: {{campaign: c, names: {names}, covariance: [[1.0, 0], [0, 1.0]], samples: {rows}}}\n"
+    design = load_design(BOGIE.read_text("utf-8") + text)
+    drawn = draw_deviations(design, 8, [1])
+    assert sorted(list(one.values()) for one in drawn) == rows
+    assert drawn[:3] == draw_deviations(design, 3, [1]) != draw_deviations(design, 3, [2])
+    with pytest.raises(ValueError, match="9 samples of a design that has 8"):
+        draw_deviations(design, 9, [1])

@@ -53,6 +53,11 @@ class CalibrationSettings:
         0.02,
         meaning="Rise of the misfit up to which estimates are corrected for their bias; beyond it their spread grows.",
     )
+    parameter_samples: int = setting(
+        64,
+        minimum=1,
+        meaning="Samples of the estimates that a calibrated design carries for studies, each checked by a simulation.",
+    )
     rig_parameter_range: float = setting(
         100.0,
         minimum=1.0,

@@ -71,6 +71,25 @@ class NormalEquations:
 
 
 @dataclass(frozen=True, eq=False)
+class HeldPoint:
+    """Estimates with a parameter moved that only a prior determines: the others have followed it.
+
+    Attributes
+    ----------
+    index
+        Number of the parameter.
+    share
+        Distance of the point, in that of a point of the quadrature over the prior.
+    change
+        Change [p] of all estimates.
+    """
+
+    index: int
+    share: float
+    change: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A calibrated model.
 
@@ -92,6 +111,10 @@ class Fit:
         Last step [p] of the estimates, to which the normal equations do not belong; empty: none.
     given_covariance
         Covariance [p, p] after the last step; None: that of the normal equations.
+    held_points
+        Estimates with parameters moved that only a prior determines.
+    samples
+        Deviations [sample, p] of vehicles that reproduce the measured motions about as well; empty: none drawn.
     """
 
     model: Model
@@ -108,6 +131,8 @@ class Fit:
     slips: bool = False
     shift: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
     given_covariance: FloatArray | None = field(default=None, repr=False)
+    held_points: tuple[HeldPoint, ...] = field(default=(), repr=False)
+    samples: FloatArray = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
     @cached_property
     def covariance(self) -> FloatArray:

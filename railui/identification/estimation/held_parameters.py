@@ -7,6 +7,7 @@ width of its prior that is far from a straight line, and an interval from first 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +15,11 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import Context
-from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.fit import Fit, HeldPoint
 from railui.identification.estimation.fixed_parameter import fit_with_parameter_fixed
 from railui.identification.prediction import SimulationError
 from railui.parallel import map_threads
+from railui.vehicle.sampling import covariance_root
 
 REACH = np.sqrt(3.0)  # of the outer points of the quadrature, in standard deviations
 OUTER_WEIGHT = 1.0 / 6.0  # of each of the two outer points; the one in the middle has no spread
@@ -31,24 +33,31 @@ def with_spread_of_held_parameters(context: Context, fit: Fit) -> Fit:
 
     At the outer points of a three-point Gauss-Hermite quadrature over such a parameter the others are estimated again.
     Their second moment about the estimate takes the place of the linear part of the covariance (Julier and Uhlmann,
-    Proc. SPIE 3068 (1997) 182). A point that cannot be reached counts as the mirror image of the other.
+    Proc. SPIE 3068 (1997) 182). The change up to a nearer point counts in proportion to the distance, a point that
+    cannot be reached as the mirror image of the other.
     """
     held = held_parameters(fit, context.settings.identifiability)
     background = context.in_background(1)
 
-    def change_at(task: tuple[int, float]) -> FloatArray | None:
-        return _change_of_estimates(background, fit, *task)
+    def point_at(task: tuple[int, float]) -> HeldPoint | None:
+        return _outer_point(background, fit, *task)
 
-    changes = list(map_threads(change_at, [(j, side * REACH) for j in held for side in (-1.0, 1.0)], context.jobs))
+    found = map_threads(point_at, [(j, side * REACH) for j in held for side in (-1.0, 1.0)], context.jobs)
+    points = tuple(point for point in found if point is not None)
     covariance = fit.covariance
-    for j, *ends in zip(held, changes[::2], changes[1::2], strict=True):
-        known = [change for change in ends if change is not None]
-        if not known:
-            continue
-        moment = 2.0 * OUTER_WEIGHT * np.mean([np.outer(change, change) for change in known], axis=0)
-        linear = np.outer(covariance[j], covariance[j]) / covariance[j, j]
-        covariance = covariance - linear + moment
-    return replace(fit, given_covariance=covariance) if held else fit
+    for j in sorted({point.index for point in points}):
+        covariance = covariance - np.outer(fit.covariance[j], fit.covariance[j]) / fit.covariance[j, j]
+    root = covariance_root(covariance + spread_along(points, len(fit.x)))  # the difference may be slightly indefinite
+    return replace(fit, given_covariance=root @ root.T, held_points=points) if points else fit
+
+
+def spread_along(points: Sequence[HeldPoint], p: int) -> FloatArray:
+    """Second moment [p, p] of the estimates over the parameters that only a prior determines."""
+    moment = np.zeros((p, p))
+    for j in sorted({point.index for point in points}):
+        changes = [point.change / point.share for point in points if point.index == j]
+        moment += 2.0 * OUTER_WEIGHT * np.mean([np.outer(change, change) for change in changes], axis=0)
+    return moment
 
 
 def held_parameters(fit: Fit, settings: IdentifiabilitySettings) -> list[int]:
@@ -61,10 +70,10 @@ def held_parameters(fit: Fit, settings: IdentifiabilitySettings) -> list[int]:
     return [int(j) for j in np.flatnonzero(is_held) if np.any(correlation[j, ~is_fixed] > limit)]
 
 
-def _change_of_estimates(context: Context, fit: Fit, j: int, reach: float) -> FloatArray | None:
-    """Change [p] of all estimates with parameter j so many standard deviations off; None where the misfit rises.
+def _outer_point(context: Context, fit: Fit, j: int, reach: float) -> HeldPoint | None:
+    """Estimate all others with parameter j so many standard deviations off; None where the misfit rises.
 
-    Where a bound is nearer, or the misfit rises, the change up to a nearer point is extended in proportion.
+    Where a bound is nearer, or the misfit rises, a nearer point is taken.
     """
     center, sd = fit.least_squares, fit.sd[j]
     for part in NEARER:
@@ -77,5 +86,5 @@ def _change_of_estimates(context: Context, fit: Fit, j: int, reach: float) -> Fl
         except SimulationError:  # the vehicle diverges
             continue
         if refit.normal.rss <= (1.0 + MAX_MISFIT_RISE) * fit.normal.rss:
-            return np.asarray((np.insert(refit.x, j, value) - center) / share)
+            return HeldPoint(j, share, np.insert(refit.x, j, value) - center)
     return None

@@ -77,7 +77,8 @@ def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
 
 def with_shift_as_spread(fit: Fit, last: Fit) -> Fit:
     """Return a fit with the covariance of its last step, to which the shift that was not made is added."""
-    return replace(fit, given_covariance=last.covariance + np.outer(last.shift, last.shift))
+    covariance = last.covariance + np.outer(last.shift, last.shift)
+    return replace(fit, given_covariance=covariance, held_points=last.held_points)
 
 
 def _is_as_good(context: Context, fit: Fit, x: FloatArray) -> bool:

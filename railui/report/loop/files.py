@@ -22,6 +22,7 @@ from railui.vehicle.design_reader import Adjustment, Design
 
 LOOP_FILES = ("loop.json", "adjusted.yaml", "campaign.yaml", "log.txt", "report.html")
 NUMBER_FORMAT = "%.9g"
+SAMPLE_DIGITS = 5
 MODELS = ("declared", "before", "after")
 
 
@@ -48,7 +49,7 @@ def _is_simulated_file(name: str) -> bool:
 
 
 def calibrated_design(result: LoopResult) -> Design:
-    """Return the final design, with the covariance of the estimated parameters."""
+    """Return the final design, with the covariance and samples of the estimated parameters."""
     campaign, fit = result.dataset.campaign, result.after
     estimated = [i for i, p in enumerate(fit.free.paths) if p in set(fit.model.design.paths())]
     covariance = fit.covariance[np.ix_(estimated, estimated)]
@@ -56,11 +57,21 @@ def calibrated_design(result: LoopResult) -> Design:
         campaign.name,
         campaign.sha256,
         tuple(fit.free.paths[i] for i in estimated),
-        tuple(tuple(float(x) for x in row) for row in 0.5 * (covariance + covariance.T)),
+        _as_rows(0.5 * (covariance + covariance.T)),
+        _as_rows(_rounded(fit.samples[:, estimated])) if fit.samples.size else (),
     )
     first = result.dataset.estimation[0].segment_key
     model = fit.model.on_segment(first.name, first.middle)  # phases of the first run, the design's load
     return replace(model.design, name=f"{campaign.design.name}, calibrated on {campaign.name}", adjustment=adjustment)
+
+
+def _rounded(samples: FloatArray) -> FloatArray:
+    """Return samples to the digits that a spread is worth in a file."""
+    return np.array([[float(f"{x:.{SAMPLE_DIGITS}g}") for x in row] for row in samples])
+
+
+def _as_rows(numbers: FloatArray) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(map(float, row)) for row in numbers)
 
 
 def write_loop(result: LoopResult, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:

@@ -147,7 +147,7 @@ def _cases(study: Study, report: Report) -> list[tuple[str, str]]:
         ("speeds", ", ".join(f"{v:.4g} m/s" for v in c.speed)),
         *([("seeds", ", ".join(map(str, c.seed)))] if figures.has_fresh_seeds(report) else []),
         ("scenarios", "; ".join(scenario or "as designed" for scenario in scenarios)),
-        ("samples of the covariance", str(c.draws)),
+        ("samples of the calibrated parameters", str(c.draws)),
     ]
     if any(RESPONSE_KEYS[key].analysis == "curve" for key in required_keys(study)):
         rows.append(("curve", f"radius {c.radius:g} m, cant deficiency {1e3 * c.cant_deficiency:g} mm"))

@@ -13,7 +13,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.held_parameters import (
     REACH,
-    _change_of_estimates,
+    _outer_point,
     held_parameters,
     with_spread_of_held_parameters,
 )
@@ -52,8 +52,9 @@ def test_the_gravitational_stiffness_follows_the_spin_creep_as_the_equation_of_m
     context, fit = calibrated()
     j, i = fit.free.paths.index(SPIN), fit.free.paths.index(GRAVITATIONAL)
     reach = side * REACH * fit.sd[j]
-    change = _change_of_estimates(context, fit, j, side * REACH)
-    assert change is not None
+    point = _outer_point(context, fit, j, side * REACH)
+    assert point is not None
+    change = point.change / point.share
     assert change[j] == pytest.approx(reach)
     expected = gravitational_stiffness(fit, fit.x[j] + reach) - fit.x[i]
     linear = reach * fit.covariance[i, j] / fit.covariance[j, j]
