@@ -12,9 +12,9 @@ import numpy as np
 from railui.campaign.campaign import DEFAULT_BAND, Campaign, RunEntry
 from railui.campaign.comparison import MAX_BAND_SHARE
 from railui.campaign.corrections.apply import corrected_run
-from railui.campaign.free_decay import with_phase_steps
 from railui.campaign.noise.estimate import estimate_noise_model
 from railui.campaign.prescribed_motion import with_motion_bandwidth
+from railui.campaign.rig_steps import with_phase_steps
 from railui.campaign.segment import Segment
 from railui.campaign.sensor_drift import with_drift_removed
 from railui.campaign.settings.estimation import ValidationSettings
