@@ -148,7 +148,8 @@ class Optimisation(Summarised):
 
     def summary_title(self) -> str:
         """Return the study and the size of its front."""
-        return f"{self.study.name}: {len(self.front)} designs on the Pareto front"
+        count = len(self.front)
+        return f"{self.study.name}: {count} design{'' if count == 1 else 's'} on the Pareto front"
 
     def summary_rows(self) -> list[SummaryRow]:
         """Return each objective and constraint of the baseline and of the knee point, and the knee's variables."""

@@ -53,6 +53,15 @@ class Assessment:
         reasons = [self.reasons[i] for i in order]
         return Assessment(self.objectives[order], self.constraints[order], self.distance_share[order], reasons)
 
+    def followed_by(self, other: Assessment) -> Assessment:
+        """Return the assessment of these designs and, after them, of others."""
+        return Assessment(
+            np.vstack([self.objectives, other.objectives]),
+            np.vstack([self.constraints, other.constraints]),
+            np.concatenate([self.distance_share, other.distance_share]),
+            [*self.reasons, *other.reasons],
+        )
+
 
 def required_keys(study: Study) -> list[str]:
     """Return the keys of the objectives and constraints of a study, sorted, each once."""

@@ -13,16 +13,16 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.optimisation.cases import Case, cases_of
-from railui.optimisation.design_space import Assess, DesignSpace, values_by_path
+from railui.optimisation.design_space import DesignSpace, values_by_path
 from railui.optimisation.evaluation import Evaluator, evaluate_in_process, response_table
-from railui.optimisation.multi_objective import hypervolumes, knee
+from railui.optimisation.front import front_size, hypervolumes
+from railui.optimisation.knee import find_knee, knee_notes, knee_warnings
 from railui.optimisation.objectives import (
     Assessment,
     assess,
     assess_responses,
     check_objectives,
     finite_or_none,
-    objective_sign,
     required_keys,
     result_warnings,
 )
@@ -82,14 +82,15 @@ def optimise(
     Returns
     -------
     dict
-        Numbers are finite or None. `pareto` holds the front, ordered by the first objective, `baseline` the unchanged
-        vehicle; each design has variables, objectives, constraints (of the worst case) and fresh (mean and standard
-        deviation of the objectives over 8 sets of seeds that the search did not use). `knee` is the index of the
-        front's knee. If no design meets the constraints, pareto is empty, knee is None and `closest` is the design
-        with the least violation. Further keys: `evaluations`, `failed` (designs that left the track or cannot be
-        integrated), `failures` by reason, `hypervolume` after every generation, `riding` before and after,
-        `sensitivities` of the knee (else of the unchanged vehicle) to every parameter and, with `samples`, Sobol's
-        indices, `notes` on what comfort leaves out, `warnings`.
+        Numbers are finite or None. `pareto` holds the front of all designs tried, thinned to `front_size` and ordered
+        by the first objective, `nondominated` its number of designs before; `baseline` is the unchanged vehicle. Each
+        design has variables, objectives, constraints (of the worst case) and fresh (mean and standard deviation of the
+        objectives over 8 sets of seeds that the search did not use). `knee` is the index of the front's knee,
+        `knee_plane` the plane from which it is the farthest. If no design meets the constraints, pareto is empty, knee
+        is None and `closest` is the design with the least violation. Further keys: `evaluations`, `failed` (designs
+        that left the track or cannot be integrated), `failures` by reason, `hypervolume` after every generation,
+        `riding` before and after, `sensitivities` of the knee (else of the unchanged vehicle) to every parameter and,
+        with `samples`, Sobol's indices, `notes` on what comfort leaves out, `warnings`.
 
     Raises
     ------
@@ -108,37 +109,43 @@ def optimise(
 
     baseline = baseline_values(study)
     search = Search(study, assess_designs, progress)
-    front, assessment = _sorted_front(study, search.run(), assess_designs)
+    tried = search.run()
+    front = tried.thinned(front_size(study))
     if has_seeds(cases):
         search.report(f"evaluating {len(front) + 1} designs again on {FRESH_SEED_SETS} sets of fresh seeds")
-    fresh = fresh_objectives(study, np.vstack([baseline, front]), evaluate)
-    signs = np.array([objective_sign(objective) for objective in study.objectives])
-    best = knee(assessment.objectives, signs) if len(front) else None
+    fresh = fresh_objectives(study, np.vstack([baseline, front.x]), evaluate)
+    knee = find_knee(front.costs) if len(front) else None
+    best = None if knee is None else knee.index
     search.report("computing sensitivities")
-    selected = baseline if best is None else front[best]
+    selected = baseline if best is None else front.x[best]
     sensitivities = {
         "one_at_a_time": one_at_a_time(study, cases, selected, evaluate),
         "sobol": sobol(study, cases, evaluate, samples) if samples else None,
     }
-    riding = ride_quality(cases, baseline if best is None else np.stack([baseline, front[best]]), jobs)
+    riding = ride_quality(cases, baseline if best is None else np.stack([baseline, selected]), jobs)
     return {
         "study": study.name,
         "aims": [{"key": item.key, "sense": item.sense, "over": item.over} for item in study.objectives],
         "limits": [constraint.text for constraint in study.constraints],
         "method": vars(study.method),
         "cases": len(cases),
-        "pareto": [_point(study, x, assessment, i, fresh[:, 1 + i]) for i, x in enumerate(front)],
+        "pareto": [_point(study, x, front.assessment, i, fresh[:, 1 + i]) for i, x in enumerate(front.x)],
+        "nondominated": len(tried),
         "baseline": _point(study, baseline, search.baseline, 0, fresh[:, 0]),
         "knee": best,
+        "knee_plane": None if knee is None else {"through": knee.through, "distance": knee.distance},
         "closest": values_by_path(study, search.nearest) if best is None else None,
         "evaluations": search.state.evaluations,
         "failed": search.state.failed,
         "failures": dict(sorted(search.state.failures.items())),
-        "hypervolume": hypervolumes(search.history),
+        "hypervolume": hypervolumes(search.history, front_size(study)),
         "riding": {"before": riding[0], "after": None if best is None else riding[1]},
         "sensitivities": sensitivities,
-        "notes": _notes(study, cases),
-        "warnings": result_warnings(study, DesignSpace(study.variables).to_unit(front), best),
+        "notes": [*_notes(study, cases), *knee_notes(knee)],
+        "warnings": [
+            *knee_warnings(knee, len(front), len(study.objectives)),
+            *result_warnings(study, DesignSpace(study.variables).to_unit(front.x), best),
+        ],
         "seconds": time.perf_counter() - start,
     }
 
@@ -159,18 +166,6 @@ def has_seeds(cases: Sequence[Case]) -> bool:
 def _notes(study: Study, cases: Sequence[Case]) -> list[str]:
     notes = [] if (note := fixed_transfer_note(study.design)) is None else [note]
     return notes if has_seeds(cases) else [*notes, NO_SEEDS_NOTE]
-
-
-def _sorted_front(study: Study, front: FloatArray, assess_designs: Assess) -> tuple[FloatArray, Assessment]:
-    """Return the front [n, variable], each design once, ordered by the first objective, and its assessment."""
-    if not len(front):
-        objectives, constraints = (np.zeros((0, len(items))) for items in (study.objectives, study.constraints))
-        return front, Assessment(objectives, constraints, front[:, 0], [])
-    designs = np.unique(front, axis=0)
-    assessment = assess_designs(designs)
-    first = objective_sign(study.objectives[0]) * assessment.objectives[:, 0]
-    order = np.argsort(first, kind="stable")
-    return designs[order], assessment.select(order)
 
 
 def fresh_objectives(study: Study, x: FloatArray, evaluator: Evaluator) -> FloatArray:

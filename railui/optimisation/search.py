@@ -10,6 +10,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.optimisation.design_space import Assess, DesignSpace, Generation, initial_population, minimised_objectives
+from railui.optimisation.front import Front
 from railui.optimisation.multi_objective import search_pymoo
 from railui.optimisation.objectives import Assessment, violations
 from railui.optimisation.single_objective import coordinate_search, search_cmaes
@@ -62,8 +63,10 @@ class Search:
         Least sum of relative violations of any design; 0 if a design meets all constraints.
     nearest : float [variable]
         Design with the least violation.
+    front : Front
+        Of all feasible designs tried so far.
     history : list of (int, float [n, objective])
-        Evaluations, and the minimised objectives of the feasible designs, per generation.
+        Evaluations, and the minimised objectives of this front, per generation.
     """
 
     def __init__(self, study: Study, assess: Assess, progress: Progress) -> None:
@@ -72,6 +75,7 @@ class Search:
         self.progress = progress
         self.least_violation = np.inf
         self.nearest = baseline_values(study)
+        self.front = Front.empty(study)
         self.history: list[tuple[int, FloatArray]] = []
         self.baseline = assess(self.nearest[None])
         self.state = SearchState(baseline=self.baseline)
@@ -82,30 +86,30 @@ class Search:
         self.progress.event(self.state)  # first, so that it is stored even if the message stops the search
         self.progress.message(activity)
 
-    def run(self) -> FloatArray:
+    def run(self) -> Front:
         """Search by the study's method, with one objective followed by a coordinate search.
 
-        Returns the values [n, variable] of the front; none if no design meets the constraints.
+        Returns the front of all designs tried; without designs if none meets the constraints.
         """
         study, method = self.study, self.study.method
         baseline = baseline_values(study)
         first = initial_population(DesignSpace(study.variables), method.population, baseline, method.seed)
         search = search_cmaes if method.kind == "cmaes" else search_pymoo
         generations = search(study, first, self.assess)
-        front = self._follow(generations, f"generation {{}} of {method.generations}", baseline[None])
+        best = self._follow(generations, f"generation {{}} of {method.generations}", baseline)
         if len(study.objectives) == 1:
-            front = self._follow(coordinate_search(study, front[0], self.assess), "coordinate search {}", front)
-        return front if self.least_violation == 0 else front[:0]
+            self._follow(coordinate_search(study, best, self.assess), "coordinate search {}", best)
+        return self.front
 
-    def _follow(self, generations: Iterator[Generation], label: str, front: FloatArray) -> FloatArray:
-        """Record and report every generation; return the last front."""
+    def _follow(self, generations: Iterator[Generation], label: str, best: FloatArray) -> FloatArray:
+        """Record and report every generation; return a design of the front, else the best of the method."""
         for number, generation in enumerate(generations, 1):
-            front = generation.front
+            best = generation.front[0]
             self._record(generation)
-            feasible = f"{len(front)} on the front" if self.least_violation == 0 else "none meets the constraints yet"
+            feasible = f"{len(self.front)} on the front" if len(self.front) else "none meets the constraints yet"
             counts = f"{self.state.evaluations} designs, {self.state.failed} failed, {feasible}"
             self.report(f"{label.format(number)}: {counts}")
-        return front
+        return self.front.x[0] if len(self.front) else best
 
     def _record(self, generation: Generation) -> None:
         assessment = generation.assessment
@@ -117,5 +121,7 @@ class Search:
         if violation.min() < self.least_violation:
             self.least_violation = float(violation.min())
             self.nearest = generation.x[int(np.argmin(violation))]
-        feasible = minimised_objectives(self.study, assessment)[violation == 0]
-        self.history.append((evaluations, feasible))
+        feasible = np.flatnonzero(violation == 0)
+        tried = Front(generation.x, assessment, minimised_objectives(self.study, assessment)).select(feasible)
+        self.front = self.front.including(tried)
+        self.history.append((evaluations, self.front.costs))

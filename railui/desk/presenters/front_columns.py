@@ -13,7 +13,7 @@ from railui.desk.state.form_rows import symbol_text
 from railui.desk.widgets.table import Column
 from railui.io.number_format import scale_to_prefix, typeset_unit
 from railui.io.problems import Findings
-from railui.optimisation.multi_objective import knee
+from railui.optimisation.knee import find_knee
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study_reader import read_constraints
 
@@ -121,7 +121,7 @@ def knee_index(history: SearchHistory) -> int | None:
         best: int | None = history.result["knee"]
         return best
     front = history.front()[1]
-    return knee(front, history.objective_signs) if len(front) > 1 else None
+    return find_knee(front * history.objective_signs).index if len(front) > 1 else None
 
 
 def _objectives(history: SearchHistory) -> list[FrontColumn]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.desk.state.plan import Plan
 from railui.io.atomic import to_json_value
-from railui.optimisation.multi_objective import nondominated
+from railui.optimisation.front import nondominated
 from railui.optimisation.objectives import violations
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Line, PlotData
 from railui.execution.outputs import REPORT_FILE
 from railui.io.number_format import format_quantity, typeset
-from railui.optimisation.multi_objective import hypervolumes
+from railui.optimisation.front import hypervolumes
 from railui.track.excitation import is_track_file
 from railui.vehicle.design_reader import Design
 

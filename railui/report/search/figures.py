@@ -163,9 +163,14 @@ def hypervolume_history(report: Report) -> Picture | None:
 
 
 def draw_hypervolume(ax: Axes, report: Report) -> None:
-    """Draw the hypervolume of the front against the number of evaluations."""
+    """Draw the hypervolume of the front, and of all designs tried, against the number of evaluations."""
     rows = report["hypervolume"]
-    ax.step([r["evaluations"] for r in rows], [r["hypervolume"] for r in rows], where="post", color=BLUE)
+    evaluations, front, tried = ([row[key] for row in rows] for key in ("evaluations", "hypervolume", "tried"))
+    if tried != front:
+        ax.step(evaluations, tried, where="post", color=PALE_BLUE, label="all designs tried")
+    ax.step(evaluations, front, where="post", color=BLUE, label="front")
+    if tried != front:
+        ax.legend(frameon=False, fontsize=8, loc="lower right")
     ax.set_xlabel("designs evaluated")
     ax.set_ylabel("hypervolume")
     ax.set_ylim(0, 1.02)

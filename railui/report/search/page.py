@@ -34,6 +34,7 @@ def _contents(study: Study, report: Report) -> Row:
     return {
         "report": report,
         "sentence": sentence(report),
+        "front_note": front_note(report),
         "has_fresh_seeds": figures.has_fresh_seeds(report),
         "fronts": figures.front_pictures(report),
         "parallel": figures.parallel_coordinates(study, report),
@@ -60,7 +61,23 @@ def sentence(report: Report) -> str:
         value, reference = knee["objectives"][j], baseline["objectives"][j]
         text = f"{figures.objective_text(aim)} {format_number(value)} {_unit(aim['key'])}".strip()
         parts.append(text + (f" (baseline {format_number(reference)})" if reference is not None else ""))
-    return f"Knee point of a Pareto front of {len(report['pareto'])} designs: {'; '.join(parts)}."
+    return f"{_subject(report)}: {'; '.join(parts)}."
+
+
+def _subject(report: Report) -> str:
+    """Return the design of the first sentence."""
+    count = len(report["pareto"])
+    if len(report["aims"]) == 1:
+        return "Best design"
+    return f"Knee point of a Pareto front of {count} designs" if count > 1 else "Best design in every objective"
+
+
+def front_note(report: Report) -> str:
+    """Return the sentence on how the front was selected."""
+    count, tried = len(report["pareto"]), report["nondominated"]
+    feasible = "that meets the constraints " if report["limits"] else ""
+    note = f"No design tried {feasible}is better than a design of the front in every objective."
+    return note if count == tried else f"{note} {tried} such designs were found, of which the front has {count}."
 
 
 def selected_designs(study: Study, report: Report) -> Row:

@@ -10,7 +10,7 @@ import pytest
 from railui.desk.presenters.search_history import GenerationSummary, SearchHistory, restore_search, search_content
 from railui.desk.presenters.search_plots import convergence_plot, fresh_text
 from railui.desk.state.plan import Plan
-from railui.optimisation.multi_objective import nondominated
+from railui.optimisation.front import nondominated
 from railui.vehicle.design_reader import load_design
 from tests.desk.conftest import REPOSITORY
 

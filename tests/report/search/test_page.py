@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from railui.cli import cli
 from railui.optimisation.study import Variable
 from railui.report.numbers import format_number
-from railui.report.search.page import selected_designs
+from railui.report.search.page import front_note, selected_designs, sentence
 from tests.execution.small import write_study
 
 
@@ -94,6 +94,23 @@ def test_a_track_file_has_no_fresh_seeds(tmp_path: Path) -> None:
     for words in (plan.output, done.output, Page(page).words["front"], Page(page).words["chosen"]):
         assert "fresh seeds" not in words and "Crosses" not in words
     assert "fresh" not in Page(page).words["table"]
+
+
+def test_the_sentences_fit_the_size_of_the_front() -> None:
+    aims = [{"key": "wear_number", "over": "worst"}, {"key": "score", "over": "mean"}]
+    point = {"objectives": [100.0, 50.0]}
+    report: dict[str, Any] = {"aims": aims, "baseline": point, "pareto": [point], "knee": 0, "limits": []}
+    assert sentence(report).startswith("Best design in every objective: wear number, worst 100")
+    assert sentence(report | {"aims": aims[:1]}).startswith("Best design: wear number")
+    assert sentence(report | {"pareto": [point] * 2}).startswith("Knee point of a Pareto front of 2 designs: ")
+    assert front_note(report | {"nondominated": 1}) == (
+        "No design tried is better than a design of the front in every objective."
+    )
+    note = front_note(report | {"nondominated": 9, "limits": ["wear_number <= 200"]})
+    assert note == (
+        "No design tried that meets the constraints is better than a design of the front in every objective. "
+        "9 such designs were found, of which the front has 1."
+    )
 
 
 def test_a_value_at_a_bound_of_the_search_range_is_marked():
