@@ -15,8 +15,10 @@ from railui.execution.outputs import REPORT_FILE
 from railui.execution.session import Session
 from railui.execution.tasks import Runner
 from railui.execution.threads import ThreadRunner
-from railui.optimisation.optimise import FRESH_SEED_SETS as FRESH_SEED_SETS
-from railui.optimisation.optimise import checked_cases, has_seeds, optimise
+from railui.optimisation.cases import has_seeds
+from railui.optimisation.fresh import FRESH_SEED_SETS as FRESH_SEED_SETS
+from railui.optimisation.fresh import is_significant as is_significant
+from railui.optimisation.optimise import checked_cases, optimise
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study as SearchStudy
 from railui.progress import SILENT, Progress
@@ -37,7 +39,11 @@ class FrontDesign(NamedTuple):
     objectives, constraints : tuple of float or None
         In the order of the study, constraints of the worst case.
     fresh_mean, fresh_sd : tuple of float or None
-        Mean and standard deviation of the objectives over seeds that the search did not use.
+        Mean and standard deviation of the objectives over sets of seeds that the search did not use.
+    fresh_failed : int or None
+        Number of these sets in which the design failed.
+    fresh_met : tuple of int or None
+        Number of these sets in which the design meets each constraint.
     """
 
     variables: Mapping[str, float]
@@ -45,6 +51,8 @@ class FrontDesign(NamedTuple):
     constraints: tuple[float | None, ...]
     fresh_mean: tuple[float | None, ...]
     fresh_sd: tuple[float | None, ...]
+    fresh_failed: int | None
+    fresh_met: tuple[int | None, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,8 +179,15 @@ class Optimisation(Summarised):
 
 def _front_design(point: Mapping[str, Any]) -> FrontDesign:
     fresh = point["fresh"]
-    numbers = (point["objectives"], point["constraints"], fresh["mean"], fresh["sd"])
-    return FrontDesign(dict(point["variables"]), *map(tuple, numbers))
+    return FrontDesign(
+        variables=dict(point["variables"]),
+        objectives=tuple(point["objectives"]),
+        constraints=tuple(point["constraints"]),
+        fresh_mean=tuple(fresh["mean"]),
+        fresh_sd=tuple(fresh["sd"]),
+        fresh_failed=fresh["failed"],
+        fresh_met=tuple(fresh["met"]),
+    )
 
 
 def run_search(

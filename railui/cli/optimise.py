@@ -142,7 +142,10 @@ def _track_files(study: Study) -> list[str]:
 
 
 def _table(result: Mapping[str, Any]) -> Any:
-    """Return the table of ride quality (means over the cases), objectives with their spread, and constraints."""
+    """Return the table of ride quality (means over the cases), objectives with their spread, and constraints.
+
+    On fresh seeds: the paired difference of the knee to the baseline, and in how many sets constraints are met.
+    """
     baseline, knee = (result["riding"][when] or {} for when in ("before", "after"))
     ride_quality = [
         (f"{key}, worst" if key == "class" else key, format_cell(baseline.get(key)), format_cell(knee.get(key)))
@@ -155,15 +158,22 @@ def _table(result: Mapping[str, Any]) -> Any:
         (f"{aim['sense']} {aim['key']}, {aim['over']}{repeated}", *(_objective(point, i) for point in points))
         for i, aim in enumerate(result["aims"])
     ]
-    constraints = [
-        (limit, *(format_cell(point["constraints"][i] if point else None) for point in points))
-        for i, limit in enumerate(result["limits"])
+    differences = [
+        (f"{aim['key']}, {aim['over']}: knee minus baseline{repeated}", "", _difference(points[1], i))
+        for i, aim in enumerate(result["aims"])
+        if is_repeated
     ]
+    failures = [("failed on fresh seeds", *map(_failures, points))] if any(map(_has_failed, points)) else []
+    constraints = [(limit, *(_constraint(point, i) for point in points)) for i, limit in enumerate(result["limits"])]
     columns = ("ride quality, mean of the cases", "baseline", "knee point")
     designs, cases = format_count(len(result["pareto"]), "design"), format_count(result["cases"], "case")
     title = f"{result['study']}: {designs} on the Pareto front, {cases}"
     return make_table(
-        columns, ride_quality, [*objectives, *constraints], title=title, caption="\n".join(result["notes"])
+        columns,
+        ride_quality,
+        [*objectives, *differences, *failures, *constraints],
+        title=title,
+        caption="\n".join(result["notes"]),
     )
 
 
@@ -173,3 +183,33 @@ def _objective(point: Mapping[str, Any] | None, i: int) -> str:
     mean, sd = (point["fresh"][key][i] for key in ("mean", "sd"))
     spread = "" if mean is None or sd is None else f" ({mean:.4g} +/- {sd:.2g})"
     return format_cell(point["objectives"][i]) + spread
+
+
+def _has_failed(point: Mapping[str, Any] | None) -> bool:
+    return point is not None and bool(point["fresh"]["failed"])
+
+
+def _failures(point: Mapping[str, Any] | None) -> str:
+    """Return the number of fresh sets in which a design failed."""
+    return "-" if point is None else f"{point['fresh']['failed']} of {point['fresh']['sets']}"
+
+
+def _difference(point: Mapping[str, Any] | None, i: int) -> str:
+    """Return the mean difference of an objective to the baseline with its standard error."""
+    from railui.api.optimisation import is_significant
+
+    if point is None:
+        return "-"
+    difference = point["fresh"]["minus_baseline"]
+    mean, error, p_value = (difference[key][i] for key in ("mean", "standard_error", "p_value"))
+    if mean is None or error is None:
+        return "-"
+    return f"{mean:.4g} +/- {error:.2g}" + ("" if is_significant(p_value) else ", not significant")
+
+
+def _constraint(point: Mapping[str, Any] | None, i: int) -> str:
+    """Return the value of a constrained key in the worst case, and in how many fresh sets the constraint is met."""
+    if point is None:
+        return "-"
+    sets, met = point["fresh"]["sets"], point["fresh"]["met"][i]
+    return format_cell(point["constraints"][i]) + (f" (met in {met} of {sets})" if met is not None else "")

@@ -109,8 +109,9 @@ def front_design(study: Study, document: Mapping[str, Any], index: int, label: s
 def front_csv(study: Study, document: Mapping[str, Any]) -> str:
     """Return the baseline and the front as CSV in SI.
 
-    The columns are variables, objectives, constraints, and mean and standard deviation of the objectives on fresh
-    seeds.
+    The columns are variables, objectives, constraints, and on fresh seeds: mean and standard deviation of the
+    objectives, paired differences to the baseline and to the knee with standard error and probability, the number of
+    sets in which a design failed and in which it meets each constraint.
     """
     objectives = [(f"{item['key']} {item['over']}", RESPONSE_KEYS[item["key"]].unit) for item in document["aims"]]
     text = io.StringIO()
@@ -122,6 +123,14 @@ def front_csv(study: Study, document: Mapping[str, Any]) -> str:
             *(f"{name} [{unit}]" for name, unit in objectives),
             *(f"{item.key} [{RESPONSE_KEYS[item.key].unit}]" for item in study.constraints),
             *(f"{name}, fresh {word} [{unit}]" for word in ("mean", "sd") for name, unit in objectives),
+            *(
+                f"{name}, fresh minus {reference}{word} [{1 if word == ', p value' else unit}]"
+                for reference in ("baseline", "knee")
+                for word in ("", ", standard error", ", p value")
+                for name, unit in objectives
+            ),
+            "fresh sets failed [1]",
+            *(f"{item.text}, fresh sets met [1]" for item in study.constraints),
         ]
     )
     for i, point in enumerate([document["baseline"], *document["pareto"]]):
@@ -130,6 +139,9 @@ def front_csv(study: Study, document: Mapping[str, Any]) -> str:
         fresh = point["fresh"]
         numbers = [*point["variables"].values(), *point["objectives"], *point["constraints"]]
         numbers += [*fresh["mean"], *fresh["sd"]]
+        for difference in (fresh["minus_baseline"], fresh["minus_knee"]):
+            numbers += [*difference["mean"], *difference["standard_error"], *difference["p_value"]]
+        numbers += [fresh["failed"], *fresh["met"]]
         writer.writerow([label, *("" if number is None else repr(number) for number in numbers)])
     return text.getvalue()
 

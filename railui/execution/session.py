@@ -18,7 +18,7 @@ from railui.execution.outputs import STUDY_FILE, VEHICLE_FILE, check_directory, 
 from railui.execution.tasks import Runner, environment_identity
 from railui.io.atomic import check_directory_writable, write_text
 from railui.io.problems import file_problem
-from railui.optimisation.optimise import FRESH_SEED_SETS
+from railui.optimisation.fresh import FRESH_SEED_SETS
 from railui.optimisation.search import SearchState
 from railui.optimisation.study import Study
 from railui.progress import SILENT, Progress

@@ -18,6 +18,7 @@ from railui.vehicle.resolve import require_rating, resolve_model
 from railui.vehicle.sampling import ParameterisedModel, draw_deviations
 
 PARAMETER_SAMPLE_STREAM: Final = 1  # random stream of the parameter samples, combined with the seed
+FRESH_SAMPLE_STREAM: Final = 3  # of those on fresh seeds, combined with the seed and the number of the set
 MAX_CACHED_SEEDS: Final = 64
 _OWN_SEEDS: Final = IdentityCache[int | None](MAX_CACHED_SEEDS)  # a line is built to find its seed
 
@@ -87,7 +88,7 @@ def cases_of(study: Study, fresh: int | None = None, seed: int | None = None) ->
     ----------
     study : Study
     fresh : int, optional
-        Use the set of track seeds of this index that the study does not use.
+        Use the set of track seeds of this index that the study does not use, and parameter samples of its own.
     seed : int, optional
         Seed of the parameter samples; that of the method by default.
 
@@ -97,7 +98,9 @@ def cases_of(study: Study, fresh: int | None = None, seed: int | None = None) ->
         For a vehicle that cannot run on a track, and for a faulty track.
     """
     sources = _track_sources(study, fresh)
-    vehicles = _vehicles(study, study.method.seed if seed is None else seed)
+    seed = study.method.seed if seed is None else seed
+    stream = [seed, PARAMETER_SAMPLE_STREAM] if fresh is None else [seed, FRESH_SAMPLE_STREAM, fresh]
+    vehicles = _vehicles(study, stream)
     excitations: dict[tuple[int, float], Excitation] = {}
     curve = (study.cases.radius, study.cases.cant_deficiency)
     cases = []
@@ -121,19 +124,22 @@ def _track_sources(study: Study, fresh: int | None) -> list[list[TrackSource]]:
     return sources
 
 
-def _vehicles(study: Study, seed: int) -> dict[tuple[int, int], ParameterisedModel]:
+def _vehicles(study: Study, stream: Sequence[int]) -> dict[tuple[int, int], ParameterisedModel]:
     paths = tuple(variable.path for variable in study.variables)
     vehicles = {}
     for s, overrides in enumerate(study.cases.scenario):
         model = resolve_model(apply_scenario(study.design, overrides))
         require_rating(model.design)
-        for d, deviations in enumerate(
-            draw_deviations(model.design, study.cases.draws, [seed, PARAMETER_SAMPLE_STREAM])
-        ):
+        for d, deviations in enumerate(draw_deviations(model.design, study.cases.draws, stream)):
             # what the study sets itself has no error of estimation
             own = {path: by for path, by in deviations.items() if path not in paths and path not in overrides}
             vehicles[s, d] = ParameterisedModel(model, paths, own)
     return vehicles
+
+
+def has_seeds(cases: Sequence[Case]) -> bool:
+    """Return True if a track has a seed or parameters are drawn: objectives vary from seed to seed."""
+    return any(case.excitation.source.seed is not None or case.vehicle.deviations for case in cases)
 
 
 def case_too_short_for_n_mv(cases: Sequence[Case]) -> Case | None:

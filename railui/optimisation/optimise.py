@@ -5,25 +5,23 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.optimisation.cases import Case, cases_of
+from railui.optimisation.cases import Case, cases_of, has_seeds
 from railui.optimisation.design_space import DesignSpace, values_by_path
-from railui.optimisation.evaluation import Evaluator, evaluate_in_process, response_table
-from railui.optimisation.front import front_size, hypervolumes
-from railui.optimisation.knee import find_knee, knee_notes, knee_warnings
+from railui.optimisation.evaluation import Evaluator, evaluate_in_process
+from railui.optimisation.fresh import FRESH_SEED_SETS, evaluate_fresh, fresh_warnings
+from railui.optimisation.front import Front, front_size, hypervolumes
+from railui.optimisation.knee import best_of_each, find_knee, knee_notes, knee_warnings
 from railui.optimisation.objectives import (
     Assessment,
     assess,
-    assess_responses,
     check_objectives,
     finite_or_none,
-    required_keys,
     result_warnings,
 )
 from railui.optimisation.responses import integrable_rows
@@ -39,7 +37,6 @@ from railui.ride_quality.score import CLASSES
 from railui.ride_quality.statistics import ride_statistics
 from railui.track import parse_spec
 
-FRESH_SEED_SETS: Final = 8  # on which the front is evaluated again
 NO_SEEDS_NOTE: Final = "fresh: null, the tracks are files without seeds, on which a design is evaluated once"
 RIDE_QUALITY_KEYS: Final = (
     "score",
@@ -84,8 +81,9 @@ def optimise(
     dict
         Numbers are finite or None. `pareto` holds the front of all designs tried, thinned to `front_size` and ordered
         by the first objective, `nondominated` its number of designs before; `baseline` is the unchanged vehicle. Each
-        design has variables, objectives, constraints (of the worst case) and fresh (mean and standard deviation of the
-        objectives over 8 sets of seeds that the search did not use). `knee` is the index of the front's knee,
+        design has variables, objectives, constraints (of the worst case) and fresh, its results on 8 sets of seeds that
+        the search did not use: mean and standard deviation of the objectives, paired differences to the baseline and to
+        the knee, and in how many sets it meets the constraints and fails. `knee` is the index of the front's knee,
         `knee_plane` the plane from which it is the farthest. If no design meets the constraints, pareto is empty, knee
         is None and `closest` is the design with the least violation. Further keys: `evaluations`, `failed` (designs
         that left the track or cannot be integrated), `failures` by reason, `hypervolume` after every generation,
@@ -113,9 +111,12 @@ def optimise(
     front = tried.thinned(front_size(study))
     if has_seeds(cases):
         search.report(f"evaluating {len(front) + 1} designs again on {FRESH_SEED_SETS} sets of fresh seeds")
-    fresh = fresh_objectives(study, np.vstack([baseline, front.x]), evaluate)
     knee = find_knee(front.costs) if len(front) else None
     best = None if knee is None else knee.index
+    x, assessment = np.vstack([baseline, front.x]), search.baseline.followed_by(front.assessment)
+    fresh = evaluate_fresh(study, x, evaluate)
+    summaries = [fresh.summary(i, 0, None if best is None else 1 + best) for i in range(len(x))]
+    points = [_point(study, x[i], assessment, i, summary) for i, summary in enumerate(summaries)]
     search.report("computing sensitivities")
     selected = baseline if best is None else front.x[best]
     sensitivities = {
@@ -129,9 +130,9 @@ def optimise(
         "limits": [constraint.text for constraint in study.constraints],
         "method": vars(study.method),
         "cases": len(cases),
-        "pareto": [_point(study, x, front.assessment, i, fresh[:, 1 + i]) for i, x in enumerate(front.x)],
+        "pareto": points[1:],
         "nondominated": len(tried),
-        "baseline": _point(study, baseline, search.baseline, 0, fresh[:, 0]),
+        "baseline": points[0],
         "knee": best,
         "knee_plane": None if knee is None else {"through": knee.through, "distance": knee.distance},
         "closest": values_by_path(study, search.nearest) if best is None else None,
@@ -144,6 +145,7 @@ def optimise(
         "notes": [*_notes(study, cases), *knee_notes(knee)],
         "warnings": [
             *knee_warnings(knee, len(front), len(study.objectives)),
+            *fresh_warnings(study, points[1:], _selected_names(study, front, best)),
             *result_warnings(study, DesignSpace(study.variables).to_unit(front.x), best),
         ],
         "seconds": time.perf_counter() - start,
@@ -158,31 +160,9 @@ def checked_cases(study: Study) -> list[Case]:
     return cases
 
 
-def has_seeds(cases: Sequence[Case]) -> bool:
-    """Return True if a track has a seed: objectives vary from seed to seed."""
-    return any(case.excitation.source.seed is not None for case in cases)
-
-
 def _notes(study: Study, cases: Sequence[Case]) -> list[str]:
     notes = [] if (note := fixed_transfer_note(study.design)) is None else [note]
     return notes if has_seeds(cases) else [*notes, NO_SEEDS_NOTE]
-
-
-def fresh_objectives(study: Study, x: FloatArray, evaluator: Evaluator) -> FloatArray:
-    """Return the objectives [set, design, objective] of designs x [design, variable] on seeds not used by the study.
-
-    NaN if no track has a seed: files without synthetic irregularities.
-    """
-    objectives = np.full((FRESH_SEED_SETS, len(x), len(study.objectives)), np.nan)
-    sets = [cases_of(study, fresh=k) for k in range(FRESH_SEED_SETS)]
-    if not has_seeds(sets[0]):
-        return objectives
-    # all sets in one call, so that all threads and machines are busy
-    table = response_table(list(chain(*sets)), x, required_keys(study), evaluator)
-    n = len(sets[0])
-    for k in range(FRESH_SEED_SETS):
-        objectives[k] = assess_responses(study, table.select_cases(slice(k * n, (k + 1) * n))).objectives
-    return objectives
 
 
 def ride_quality(cases: Sequence[Case], x: FloatArray, jobs: int | None = None) -> list[dict[str, Any] | None]:
@@ -216,13 +196,21 @@ def mean_ride_quality(results: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {"class": worst["class"], "decided_by": worst["decided_by"], **means}
 
 
-def _point(study: Study, x: FloatArray, assessment: Assessment, i: int, fresh: FloatArray) -> dict[str, Any]:
-    """Return one design of the result; fresh [set, objective]."""
-    with np.errstate(invalid="ignore"):
-        mean, sd = fresh.mean(axis=0), fresh.std(axis=0, ddof=1)
+def _point(study: Study, x: FloatArray, assessment: Assessment, i: int, fresh: dict[str, Any]) -> dict[str, Any]:
+    """Return design i of an assessment as one of the result."""
     return {
         "variables": values_by_path(study, x),
         "objectives": finite_or_none(assessment.objectives[i]),
         "constraints": finite_or_none(assessment.constraints[i]),
-        "fresh": {"mean": finite_or_none(mean), "sd": finite_or_none(sd)},
+        "fresh": fresh,
     }
+
+
+def _selected_names(study: Study, front: Front, knee: int | None) -> dict[int, str]:
+    """Return the names of the knee and of the best design of every objective by number on the front."""
+    if knee is None:
+        return {}
+    names = {knee: "the knee" if len(study.objectives) > 1 else "the best design"}
+    for objective, i in zip(study.objectives, best_of_each(front.costs), strict=True):
+        names.setdefault(int(i), f"design {i}, the best in {objective.key}, {objective.over},")
+    return names

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,17 @@ def format_number(value: float | None, digits: int = 3) -> str:
         return f"{round(value, digits - 1 - order):.{max(0, digits - 1 - order)}f}".replace("-", "−")
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     return f"{mantissa}·{_power_of_ten(int(exponent))}".replace("-", "−")
+
+
+def digits_apart(values: Iterable[float | None], least: int = 3, most: int = 6) -> int:
+    """Return the significant digits, between bounds, with which different values look different.
+
+    >>> digits_apart([0.15189, 0.15234, 0.1612]), digits_apart([1.0, 2.0]), digits_apart([1.0, 1.0 + 1e-12])
+    (4, 3, 6)
+    """
+    different = {value for value in values if value is not None and math.isfinite(value)}
+    enough = (n for n in range(least, most) if len({format_number(v, n) for v in different}) == len(different))
+    return next(enough, most)
 
 
 def _power_of_ten(exponent: int) -> str:

@@ -21,7 +21,8 @@ from railui.arrays import FloatArray
 from railui.execution.session import Session
 from railui.execution.threads import ThreadRunner
 from railui.optimisation.evaluation import evaluate_in_process
-from railui.optimisation.optimise import fresh_objectives, optimise
+from railui.optimisation.fresh import evaluate_fresh
+from railui.optimisation.optimise import optimise
 from railui.optimisation.search import baseline_values
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
@@ -78,7 +79,7 @@ def report(study: Study, fronts: dict[tuple[str, int], FloatArray], seeds: Seque
     """The comparison as Markdown."""
     baseline = np.asarray(baseline_values(study))[None]
     x = np.vstack([baseline, *fronts.values()])
-    evaluated = fresh_objectives(study, x, evaluate_in_process())
+    evaluated = evaluate_fresh(study, x, evaluate_in_process()).objectives
     ends = np.cumsum([1, *(len(front) for front in fronts.values())])
     fresh = {key: evaluated[:, a:b] for key, a, b in zip(fronts, ends[:-1], ends[1:], strict=True)}
     noise = np.median([v.std(axis=0, ddof=1).mean(axis=0) / np.sqrt(len(v)) for v in fresh.values()], axis=0)

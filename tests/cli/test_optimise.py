@@ -32,6 +32,8 @@ def test_a_search_writes_study_result_and_knee_point(tmp_path: Path) -> None:
     )
     assert run("check", *map(str, (tmp_path / "out").glob("*.yaml"))).exit_code == 0
     assert "baseline" in result.stderr and "knee point" in result.stderr
+    assert f"(met in {found['pareto'][0]['fresh']['met'][0]} of 8)" in result.stderr
+    assert "knee minus baseline" in result.stderr
 
 
 def test_a_search_without_a_feasible_design_has_exit_code_4(tmp_path: Path) -> None:

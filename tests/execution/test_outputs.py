@@ -40,6 +40,11 @@ def test_the_files_are_read_back_and_the_knee_gives_the_result_of_the_search(tmp
     rows = list(csv.DictReader((out / "front.csv").read_text("utf-8").splitlines()))
     assert [row["design"] for row in rows][:2] == ["baseline", "0" if document["knee"] else "0, knee"]
     assert float(rows[1]["flange_margin worst [1]"]) == document["pareto"][0]["objectives"][1]
+    fresh = document["pareto"][0]["fresh"]
+    assert int(rows[1]["linear_damping >= 0.02, fresh sets met [1]"]) == fresh["met"][0]
+    assert int(rows[1]["fresh sets failed [1]"]) == 0
+    change = rows[1]["flange_margin worst, fresh minus baseline, standard error [1]"]
+    assert float(change) == fresh["minus_baseline"]["standard_error"][1]
     assert status(out)["evaluations"] == document["evaluations"] == 16
 
 

@@ -38,7 +38,10 @@ def objective_text(aim: Mapping[str, str]) -> str:
 
 def objective_values(points: Sequence[Report], which: str = "objectives") -> FloatArray:
     """Return objectives [design, objective], NaN where a design has none; `mean` or `sd`: on fresh seeds."""
-    rows = [point[which] if which == "objectives" else point["fresh"][which] for point in points]
+    return _number_rows([point[which] if which == "objectives" else point["fresh"][which] for point in points])
+
+
+def _number_rows(rows: Sequence[Sequence[float | None]]) -> FloatArray:
     return np.array([[np.nan if x is None else x for x in row] for row in rows], dtype=float)
 
 
@@ -65,26 +68,46 @@ def _front_picture(report: Report, j: int, is_enlarged: bool) -> Picture:
 
 
 def draw_front(ax: Axes, report: Report, j: int, *, is_enlarged: bool = False) -> None:
-    """Draw objective j against the first: front, knee point, fresh seeds and, unless enlarged, the baseline."""
+    """Draw objective j against the first: front, knee point, fresh seeds and, unless enlarged, the baseline.
+
+    Crosses are the results on fresh seeds with the standard deviation of one set; enlarged, the knee point plus the
+    paired differences of the designs to it, with their standard errors.
+    """
     first, second = report["aims"][0], report["aims"][j]
-    front, mean, sd = (objective_values(report["pareto"], which) for which in ("objectives", "mean", "sd"))
+    front = objective_values(report["pareto"])
     baseline, baseline_mean = (objective_values([report["baseline"]], which) for which in ("objectives", "mean"))
-    if np.isfinite(mean).any():
-        bars: dict[str, Any] = {"xerr": sd[:, 0], "yerr": sd[:, j], "label": "fresh seeds, ± 1 sd"}
-        ax.errorbar(mean[:, 0], mean[:, j], **bars, **ERROR_BARS)
-        if not is_enlarged:
-            label = "baseline, fresh seeds"
-            ax.plot(baseline_mean[:, 0], baseline_mean[:, j], "s", mfc="none", mec=ORANGE, ms=6, label=label)
+    crosses, bars = _differences_to_knee(report, front) if is_enlarged else _fresh_results(report)
+    if np.isfinite(crosses).any():
+        label = "knee point + difference on fresh seeds" if is_enlarged else "fresh seeds, ± 1 sd"
+        errors: dict[str, Any] = {"xerr": bars[:, 0], "yerr": bars[:, j], "label": label}
+        ax.errorbar(crosses[:, 0], crosses[:, j], **errors, **ERROR_BARS)
+    if np.isfinite(baseline_mean).any() and not is_enlarged:
+        label = "baseline, fresh seeds"
+        ax.plot(baseline_mean[:, 0], baseline_mean[:, j], "s", mfc="none", mec=ORANGE, ms=6, label=label)
     ax.plot(front[:, 0], front[:, j], "o", color=BLUE, ms=4, label="Pareto front")
     if report["knee"] is not None:
         knee = front[report["knee"]]
         ax.plot(knee[0], knee[j], "*", color=BLACK, ms=13, mec="white", mew=0.7, label="knee point", zorder=5)
     if not is_enlarged:
         ax.plot(baseline[:, 0], baseline[:, j], "s", color=ORANGE, ms=6, label="baseline")
-        ax.legend(frameon=False, fontsize=8, loc="best")
+    ax.legend(frameon=False, fontsize=8, loc="best")
     ax.set_xlabel(_objective_label(first))
     ax.set_ylabel(_objective_label(second))
     ax.locator_params(axis="x", nbins=5)
+
+
+def _fresh_results(report: Report) -> tuple[FloatArray, FloatArray]:
+    """Return mean and standard deviation of the front on fresh seeds [design, objective]."""
+    return objective_values(report["pareto"], "mean"), objective_values(report["pareto"], "sd")
+
+
+def _differences_to_knee(report: Report, front: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the knee point plus the paired differences to it, and their standard errors [design, objective]."""
+    mean, error = (
+        _number_rows([point["fresh"]["minus_knee"][key] for point in report["pareto"]])
+        for key in ("mean", "standard_error")
+    )
+    return front[report["knee"]] + mean, error
 
 
 def _objective_label(aim: Mapping[str, str]) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,12 +12,15 @@ from railui import core
 from railui.io.atomic import write_text
 from railui.io.number_format import typeset_unit
 from railui.optimisation.design_space import DesignSpace
+from railui.optimisation.fresh import is_significant
 from railui.optimisation.objectives import is_at_bound, required_keys
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study
-from railui.report.numbers import DASH, display_scale, format_number, format_with_sd
+from railui.report.numbers import DASH, digits_apart, display_scale, format_number, format_with_sd
 from railui.report.search import figures
 from railui.report.templates import render_template
+
+VARIABLE_DIGITS: Final = 4  # of variables, at most: no spring is made to more
 
 Report = Mapping[str, Any]
 Row = dict[str, Any]
@@ -59,8 +62,9 @@ def sentence(report: Report) -> str:
     parts = []
     for j, aim in enumerate(report["aims"]):
         value, reference = knee["objectives"][j], baseline["objectives"][j]
-        text = f"{figures.objective_text(aim)} {format_number(value)} {_unit(aim['key'])}".strip()
-        parts.append(text + (f" (baseline {format_number(reference)})" if reference is not None else ""))
+        digits = digits_apart([value, reference])
+        text = f"{figures.objective_text(aim)} {format_number(value, digits)} {_unit(aim['key'])}".strip()
+        parts.append(text + (f" (baseline {format_number(reference, digits)})" if reference is not None else ""))
     return f"{_subject(report)}: {'; '.join(parts)}."
 
 
@@ -80,29 +84,68 @@ def front_note(report: Report) -> str:
     return note if count == tried else f"{note} {tried} such designs were found, of which the front has {count}."
 
 
+def _digits(report: Report, which: str, key: Any) -> int:
+    """Return the digits that tell the designs of the front apart in a number of theirs; of variables fewer."""
+    values = [point[which][key] for point in report["pareto"]]
+    return digits_apart(values, most=VARIABLE_DIGITS) if which == "variables" else digits_apart(values)
+
+
 def selected_designs(study: Study, report: Report) -> Row:
     """Return the table of the baseline, the knee point and the best design of each objective."""
     points, is_repeated = _selected_points(report), figures.has_fresh_seeds(report)
+    designs = [point for _, point in points]
     rows: list[Row] = []
     for variable in study.variables:
-        values = [point["variables"][variable.path] for _, point in points]
+        values = [point["variables"][variable.path] for point in designs]
         factor, unit = display_scale(values, variable.unit)
         positions = DesignSpace([variable]).to_unit(np.array([values]).T)[:, 0].tolist()
         bounds = [" (bound)" if is_at_bound(position) else "" for position in positions]
-        cells = [format_number(factor * value) + bound for value, bound in zip(values, bounds, strict=True)]
+        digits = _digits(report, "variables", variable.path)
+        cells = [format_number(factor * value, digits) + bound for value, bound in zip(values, bounds, strict=True)]
         rows.append({"name": variable.path, "unit": unit, "cells": cells})
     for j, aim in enumerate(report["aims"]):
-        unit = _unit(aim["key"])
-        cells = [format_number(point["objectives"][j]) for _, point in points]
-        rows.append({"name": f"{aim['sense']} {figures.objective_text(aim)}", "unit": unit, "cells": cells})
-        if not is_repeated:
-            continue
-        fresh = [format_with_sd(point["fresh"]["mean"][j], point["fresh"]["sd"][j]) for _, point in points]
-        rows.append({"name": "on fresh seeds", "unit": unit, "cells": fresh, "quiet": True})
+        digits = _digits(report, "objectives", j)
+        cells = [format_number(point["objectives"][j], digits) for point in designs]
+        name = f"{aim['sense']} {figures.objective_text(aim)}"
+        rows.append({"name": name, "unit": _unit(aim["key"]), "cells": cells})
+        if is_repeated:
+            rows += [row | {"unit": _unit(aim["key"]), "quiet": True} for row in _fresh_rows(designs, j)]
     for j, limit in enumerate(report["limits"]):
-        cells = [format_number(point["constraints"][j]) for _, point in points]
+        cells = [_constraint_cell(report, point, j) for point in designs]
         rows.append({"name": limit, "unit": _unit(study.constraints[j].key), "cells": cells})
+    if any(point["fresh"]["failed"] for point in designs):
+        rows.append({"name": "failed on fresh seeds", "unit": "", "cells": list(map(_failure_cell, designs))})
     return {"names": [name for name, _ in points], "rows": rows}
+
+
+def _fresh_rows(designs: Sequence[Report], j: int) -> list[Row]:
+    """Return the rows of an objective on fresh seeds: mean of each design, and its paired differences."""
+    means = [format_with_sd(point["fresh"]["mean"][j], point["fresh"]["sd"][j]) for point in designs]
+    references = {"minus_baseline": "minus the baseline", "minus_knee": "minus the knee point"}
+    differences = [
+        {"name": name, "cells": [_difference_cell(point["fresh"][key], j) for point in designs]}
+        for key, name in references.items()
+    ]
+    return [{"name": "on fresh seeds", "cells": means}, *differences]
+
+
+def _difference_cell(difference: Report, j: int) -> str:
+    """Return a mean difference with its standard error, marked where it is not significant."""
+    mean, error, p_value = (difference[key][j] for key in ("mean", "standard_error", "p_value"))
+    if mean is None:
+        return DASH
+    return format_with_sd(mean, error) + ("" if is_significant(p_value) else " (n. s.)")
+
+
+def _constraint_cell(report: Report, point: Report, j: int) -> str:
+    """Return the worst value of a constrained key, and in how many sets of fresh seeds the constraint is met."""
+    value = format_number(point["constraints"][j], _digits(report, "constraints", j))
+    met, sets = point["fresh"]["met"][j], point["fresh"]["sets"]
+    return value if met is None else f"{value} ({met} of {sets})"
+
+
+def _failure_cell(point: Report) -> str:
+    return f"{point['fresh']['failed']} of {point['fresh']['sets']}"
 
 
 def _selected_points(report: Report) -> list[tuple[str, Report]]:
@@ -133,23 +176,33 @@ def _ride_quality(report: Report) -> list[Row]:
 
 def _front(study: Study, report: Report) -> Row:
     """Return the table of the whole front."""
-    scales = [display_scale([v.lowest, v.highest], v.unit) for v in study.variables]
     is_repeated = figures.has_fresh_seeds(report)
-    head = [f"{v.path} [{unit or 1}]" for v, (_, unit) in zip(study.variables, scales, strict=True)]
+    has_failures = any(point["fresh"]["failed"] for point in report["pareto"])
+    scales = [display_scale([v.lowest, v.highest], v.unit) for v in study.variables]
+    objectives = [figures.objective_text(aim) for aim in report["aims"]]
+    head = [
+        *(f"{v.path} [{unit or 1}]" for v, (_, unit) in zip(study.variables, scales, strict=True)),
+        *objectives,
+        *(f"{objective}, fresh" for objective in objectives if is_repeated),
+        *(f"{objective}, minus the knee point" for objective in objectives if is_repeated),
+        *report["limits"],
+        *(["failed on fresh seeds"] if has_failures else []),
+    ]
+    factors = {v.path: factor for v, (factor, _) in zip(study.variables, scales, strict=True)}
+    digits = {path: _digits(report, "variables", path) for path in factors}
     rows = []
     for i, point in enumerate(report["pareto"]):
-        values = zip(scales, point["variables"].values(), strict=True)
-        fresh = zip(point["fresh"]["mean"], point["fresh"]["sd"], strict=True)
+        fresh = point["fresh"]
         cells = [
-            *(format_number(factor * value) for (factor, _), value in values),
-            *map(format_number, point["objectives"]),
-            *(format_with_sd(mean, sd) for mean, sd in fresh if is_repeated),
-            *map(format_number, point["constraints"]),
+            *(format_number(factor * point["variables"][path], digits[path]) for path, factor in factors.items()),
+            *(format_number(value, _digits(report, "objectives", j)) for j, value in enumerate(point["objectives"])),
+            *(format_with_sd(*pair) for pair in zip(fresh["mean"], fresh["sd"], strict=True) if is_repeated),
+            *(_difference_cell(fresh["minus_knee"], j) for j in range(len(objectives)) if is_repeated),
+            *(_constraint_cell(report, point, j) for j in range(len(report["limits"]))),
+            *([_failure_cell(point)] if has_failures else []),
         ]
         rows.append({"index": i, "knee": i == report["knee"], "cells": cells})
-    objectives = [figures.objective_text(aim) for aim in report["aims"]]
-    on_fresh_seeds = [f"{objective}, fresh" for objective in objectives if is_repeated]
-    return {"head": [*head, *objectives, *on_fresh_seeds, *report["limits"]], "rows": rows}
+    return {"head": head, "rows": rows}
 
 
 def _cases(study: Study, report: Report) -> list[tuple[str, str]]:

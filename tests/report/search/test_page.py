@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 from railui.cli import cli
 from railui.optimisation.study import Variable
-from railui.report.numbers import format_number
+from railui.report.numbers import digits_apart, format_number
 from railui.report.search.page import front_note, selected_designs, sentence
 from tests.execution.small import write_study
 
@@ -61,8 +61,19 @@ def test_every_design_of_the_front_is_in_the_table_with_its_objectives(searched:
     page, result, _ = searched
     rows = page.rows["table"][1:]
     assert [int(row[0]) for row in rows] == list(range(len(result["pareto"])))
-    for row, point in zip(rows, result["pareto"], strict=True):
-        assert [format_number(x) for x in point["objectives"]] == row[3:5]
+    shown = list(zip(*(row[3:5] for row in rows), strict=True))
+    for cells, values in zip(
+        shown, zip(*(point["objectives"] for point in result["pareto"]), strict=True), strict=True
+    ):
+        digits = digits_apart(values)
+        assert list(cells) == [format_number(x, digits) for x in values]
+        assert len(set(cells)) == len(set(values))
+    head = page.rows["table"][0]
+    met = head.index("linear_damping >= 0.02")
+    assert all(
+        row[met].endswith(f"({p['fresh']['met'][0]} of 8)") for row, p in zip(rows, result["pareto"], strict=True)
+    )
+    assert rows[result["knee"]][head.index("flange margin, worst, minus the knee point")] == "–"
 
 
 def test_baseline_and_knee_point_are_shown_with_their_spread_on_fresh_seeds(
@@ -73,10 +84,17 @@ def test_baseline_and_knee_point_are_shown_with_their_spread_on_fresh_seeds(
     assert head[2] == "baseline" and head[3] == f"knee point ({result['knee']})"
     aims = [row for row in rows if row[0].startswith(("minimise", "maximise"))]
     knee = result["pareto"][result["knee"]]
-    assert [row[2] for row in aims] == [format_number(x) for x in result["baseline"]["objectives"]]
-    assert [row[3] for row in aims] == [format_number(x) for x in knee["objectives"]]
+    digits = [digits_apart(values) for values in zip(*(p["objectives"] for p in result["pareto"]), strict=True)]
+    assert [row[2] for row in aims] == list(map(format_number, result["baseline"]["objectives"], digits))
+    assert [row[3] for row in aims] == list(map(format_number, knee["objectives"], digits))
     fresh = [row[3] for row in rows if row[0] == "on fresh seeds"]
     assert len(fresh) == len(aims) and all("±" in cell for cell in fresh)
+    changes = [row[3] for row in rows if row[0] == "minus the baseline"]
+    for cell, mean, p_value in zip(
+        changes, *(knee["fresh"]["minus_baseline"][key] for key in ("mean", "p_value")), strict=True
+    ):
+        assert cell.startswith("−") == (mean < 0) and ("n. s." in cell) == (p_value >= 0.05)
+    assert "smaller differences are not significant" not in page.words["front"]
 
 
 def test_a_track_file_has_no_fresh_seeds(tmp_path: Path) -> None:
@@ -119,7 +137,8 @@ def test_a_value_at_a_bound_of_the_search_range_is_marked():
     study = SimpleNamespace(variables=[Variable(path, 1e3, 1e5, "N*m*s/rad")], constraints=[])
 
     def point(value: float) -> dict[str, Any]:
-        return {"variables": {path: value}, "objectives": [], "constraints": [], "fresh": {"mean": [], "sd": []}}
+        fresh = {"mean": [], "sd": [], "failed": 0}
+        return {"variables": {path: value}, "objectives": [], "constraints": [], "fresh": fresh}
 
     report = {"baseline": point(1.5e3), "pareto": [point(1e5)], "knee": 0, "aims": [], "limits": []}
     table = selected_designs(study, report)  # type: ignore[arg-type]
