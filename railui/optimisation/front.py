@@ -49,7 +49,8 @@ class Front:
     def including(self, tried: Front) -> Front:
         """Return the front of these designs and of others that were tried later."""
         x, costs = np.vstack([self.x, tried.x]), np.vstack([self.costs, tried.costs])
-        return Front(x, self.assessment.followed_by(tried.assessment), costs).select(_front_indices(costs))
+        both = Front(x, self.assessment.followed_by(tried.assessment), costs)
+        return both.select(_joined_front(self.costs, tried.costs))
 
     def thinned(self, size: int) -> Front:
         """Return at most so many designs, see `thin`, ordered by the first objective."""
@@ -127,11 +128,8 @@ def hypervolumes(history: Sequence[tuple[int, FloatArray]], size: int | None = N
     """
     from pymoo.indicators.hv import HV
 
-    fronts, front = [], np.zeros((0, 0))
-    for _, objectives in history:
-        front = _front(np.vstack([front, objectives]) if front.size else objectives)
-        fronts.append(front)
-    if not front.size:
+    fronts = _fronts([costs for _, costs in history])
+    if not fronts or not fronts[-1].size:
         return []
     points = np.vstack([each for each in fronts if each.size])
     low, width = points.min(axis=0), np.ptp(points, axis=0)
@@ -149,14 +147,25 @@ def hypervolumes(history: Sequence[tuple[int, FloatArray]], size: int | None = N
     return rows
 
 
-def _front(costs: FloatArray) -> FloatArray:
-    return costs[_front_indices(costs)]
+def _fronts(generations: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the front [n, objective] of all designs tried after every generation [n, objective]."""
+    fronts: list[FloatArray] = []
+    for tried in generations:
+        front = fronts[-1] if fronts else tried[:0]
+        fronts.append(np.vstack([front, tried])[_joined_front(front, tried)])
+    return fronts
 
 
-def _front_indices(costs: FloatArray) -> NDArray[np.intp]:
-    """Return the indices of the nondominated rows of minimised objectives [n, objective], of equal ones the first."""
-    first = np.sort(np.unique(costs, axis=0, return_index=True)[1])
-    return np.asarray(first[nondominated(costs[first])], dtype=np.intp)
+def _joined_front(front: FloatArray, tried: FloatArray) -> NDArray[np.intp]:
+    """Return the indices of the front of minimised objectives [n, objective] and of others that follow them.
+
+    The rows of the front do not dominate each other; of equal rows the first stays.
+    """
+    first = np.sort(np.unique(tried, axis=0, return_index=True)[1])
+    new = first[nondominated(tried[first])]
+    new = new[~np.all(front[:, None] <= tried[new], axis=2).any(axis=0)]
+    stays = ~np.all(tried[new, None] <= front, axis=2).any(axis=0)
+    return np.concatenate([np.flatnonzero(stays), len(front) + new])
 
 
 def nondominated(costs: FloatArray) -> NDArray[np.bool_]:

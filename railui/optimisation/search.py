@@ -66,7 +66,7 @@ class Search:
     front : Front
         Of all feasible designs tried so far.
     history : list of (int, float [n, objective])
-        Evaluations, and the minimised objectives of this front, per generation.
+        Evaluations, and the minimised objectives of the feasible designs, per generation.
     """
 
     def __init__(self, study: Study, assess: Assess, progress: Progress) -> None:
@@ -124,4 +124,4 @@ class Search:
         feasible = np.flatnonzero(violation == 0)
         tried = Front(generation.x, assessment, minimised_objectives(self.study, assessment)).select(feasible)
         self.front = self.front.including(tried)
-        self.history.append((evaluations, self.front.costs))
+        self.history.append((evaluations, tried.costs))

@@ -11,9 +11,11 @@ from pymoo.indicators.hv import HV
 
 from railui.arrays import FloatArray
 from railui.optimisation import optimise as optimisation
-from railui.optimisation.front import front_size, nondominated, thin
+from railui.optimisation.front import Front, front_size, nondominated, thin
 from railui.optimisation.knee import find_knee
 from railui.optimisation.search import Search
+from railui.optimisation.study import Objective
+from tests.optimisation.assessments import assessment, plain_study
 from tests.optimisation.studies import small_study
 
 CASES = "{track: [erri_b176_low length=300], speed: [40 m/s], seed: [1], scenario: [{}]}"
@@ -83,6 +85,21 @@ def test_the_hypervolume_is_that_of_the_front_delivered(searched: tuple[FloatArr
     assert last["hypervolume"] == pytest.approx(float(volume((delivered(result) - low) / width)))
     assert last["tried"] == pytest.approx(float(volume((fronts[-1] - low) / width)))
     assert last["hypervolume"] < last["tried"]
+
+
+def test_a_front_kept_from_generation_to_generation_is_that_of_all_designs() -> None:
+    rng = np.random.default_rng(5)
+    study = plain_study(*(Objective(key, "minimise", "mean") for key in ("a", "b", "c")))
+    generations = [np.round(rng.uniform(size=(20, 3)), 1) for _ in range(10)]  # many are equal
+    front = Front.empty(study)
+    for number, costs in enumerate(generations):
+        x = np.stack([np.full(20, float(number)), np.arange(20.0)], axis=1)
+        front = front.including(Front(x, assessment(costs), costs))
+    tried = np.vstack(generations)
+    assert np.array_equal(np.unique(front.costs, axis=0), _front_of(tried)) and len(front) == len(_front_of(tried))
+    for (number, i), costs in zip(front.x.astype(int), front.costs, strict=True):
+        earlier = np.all(tried[: 20 * number + i] == costs, axis=1)
+        assert np.array_equal(generations[number][i], costs) and not earlier.any()  # of equal designs the first
 
 
 def test_a_front_is_thinned_evenly_and_keeps_ends_and_knee() -> None:
