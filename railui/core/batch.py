@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
+from railui.core.alignment import kernel_array
 
 
 @dataclass(frozen=True)
@@ -34,18 +35,18 @@ class Batch:
     speed_scale: FloatArray | None = None
     initial: FloatArray | None = None
 
+    def __post_init__(self) -> None:
+        for name, array in vars(self).items():
+            if array is not None:
+                object.__setattr__(self, name, kernel_array(array))
+
     @classmethod
     def from_arrays(
         cls, numbers: FloatArray, effects: FloatArray | None = None, amounts: FloatArray | None = None, **more: Any
     ) -> Batch:
-        """Return a batch of contiguous arrays; `effects` and `amounts` are empty for vehicles without effects."""
+        """Return a batch; `effects` and `amounts` are empty for vehicles without effects."""
         empty = np.zeros((len(numbers), 0))
-        return cls(
-            np.ascontiguousarray(numbers, dtype=float),
-            np.ascontiguousarray(empty if effects is None else effects),
-            np.ascontiguousarray(empty if amounts is None else amounts),
-            **more,
-        )
+        return cls(numbers, empty if effects is None else effects, empty if amounts is None else amounts, **more)
 
     def __len__(self) -> int:
         return len(self.numbers)
@@ -54,16 +55,16 @@ class Batch:
         """Return the same vehicles with initial states [state] for all or [n, state]."""
         if initial is None:
             return replace(self, initial=None)
-        return replace(self, initial=np.ascontiguousarray(np.broadcast_to(initial, (len(self), initial.shape[-1]))))
+        return replace(self, initial=np.broadcast_to(initial, (len(self), initial.shape[-1])))
 
     def select(self, rows: Any) -> Batch:
         """Return the vehicles of an index, slice or mask."""
         return Batch(
-            np.ascontiguousarray(self.numbers[rows]),
-            np.ascontiguousarray(self.effects[rows]),
-            np.ascontiguousarray(self.amounts[rows]),
-            None if self.speed_scale is None else np.ascontiguousarray(self.speed_scale[rows]),
-            None if self.initial is None else np.ascontiguousarray(self.initial[rows]),
+            self.numbers[rows],
+            self.effects[rows],
+            self.amounts[rows],
+            None if self.speed_scale is None else self.speed_scale[rows],
+            None if self.initial is None else self.initial[rows],
         )
 
 
@@ -98,7 +99,8 @@ class ZeroPhaseFilter:
 
     def kernel_arguments(self) -> tuple[FloatArray, FloatArray, int, int, FloatArray, int]:
         """Return all attributes in the kernel's order."""
-        return (self.sos, self.zi, self.padlen, self.trim, self.weights, self.decimation)
+        sos, zi, weights = (kernel_array(array) for array in (self.sos, self.zi, self.weights))
+        return (sos, zi, self.padlen, self.trim, weights, self.decimation)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from railui import _core
 from railui.arrays import ComplexArray, FloatArray
+from railui.core.alignment import kernel_array
 
 
 class Spline:
@@ -30,15 +31,15 @@ class Spline:
     """
 
     def __init__(self, x: ArrayLike, y: ArrayLike) -> None:
-        self.x = np.ascontiguousarray(x, dtype=float)
+        self.x = kernel_array(x)
         columns = np.asarray(y, dtype=float)
         self.shape = columns.shape[1:]
-        self._core = _core.Spline(self.x, np.ascontiguousarray(columns.reshape(len(columns), -1)))
+        self._core = _core.Spline(self.x, kernel_array(columns.reshape(len(columns), -1)))
 
     def __call__(self, at: ArrayLike, derivative: Literal[0, 1, 2] = 0) -> FloatArray:
         """Return values, first or second derivatives at points [...]: [...] or [..., column]."""
         points = np.asarray(at, dtype=float)
-        return self._core.at(np.ascontiguousarray(points.ravel()), derivative).reshape(points.shape + self.shape)
+        return self._core.at(kernel_array(points.ravel()), derivative).reshape(points.shape + self.shape)
 
     def add_behind(self, table: FloatArray, behind: float, into: Sequence[tuple[int, int | None]]) -> None:
         """Add the columns of y to those of a table [row, column], in place, along the points in its first column.
@@ -63,7 +64,10 @@ class Spline:
         >>> table.tolist()
         [[0.0, 10.0, 0.0], [2.0, 13.0, 3.0]]
         """
-        self._core.add_behind(table, behind, list(into))
+        readable = kernel_array(table)
+        self._core.add_behind(readable, behind, list(into))
+        if readable is not table:
+            table[...] = readable
 
     @property
     def coefficients(self) -> FloatArray:
@@ -80,9 +84,9 @@ def sosfilt(sos: FloatArray, series: FloatArray, zi: FloatArray | None = None) -
     >>> sosfilt(np.array([[1.0, 0.0, 0.0, 1.0, -0.5, 0.0]]), np.array([1.0, 0.0, 0.0])).tolist()
     [1.0, 0.5, 0.25]
     """
-    rows = np.ascontiguousarray(series, dtype=float).reshape(-1, series.shape[-1])
+    rows = kernel_array(series).reshape(-1, series.shape[-1])
     state = np.zeros((len(rows), 2 * len(sos))) if zi is None else zi.reshape(len(rows), -1)
-    return _core.passed(np.ascontiguousarray(sos), np.ascontiguousarray(state), rows).reshape(series.shape)
+    return _core.passed(kernel_array(sos), kernel_array(state), rows).reshape(series.shape)
 
 
 def matrix_eigenvalues(matrices: FloatArray) -> ComplexArray:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from railui import _core
 from railui.arrays import ComplexArray, FloatArray
+from railui.core.alignment import kernel_array
 from railui.core.batch import Batch, RideStatistics, ZeroPhaseFilter
 from railui.core.catalogue import Placement
 from railui.core.layout import Layout
@@ -103,7 +104,7 @@ class Vehicles:
         filter_arguments = filter.kernel_arguments() if filter else None
         threads = resolve_thread_count(jobs)
         names = self.kernel_names(channels)
-        flat, diverged = self._core.simulate(batch, table, dt, steps, names, filter_arguments, threads)
+        flat, diverged = self._core.simulate(batch, kernel_array(table), dt, steps, names, filter_arguments, threads)
         return flat.reshape(len(batch), len(channels), -1), np.array(diverged)
 
     def ride_statistics(
@@ -136,8 +137,17 @@ class Vehicles:
             Samples of a block, over which the rms of the first cascade is taken.
         wheelsets : int
         """
-        arguments = (list(channels), clearance, list(cascades), block, resolve_thread_count(jobs), wheelsets)
-        displacement, rms, block_rms, diverged = self._core.score(batch, table, dt, steps, *arguments)
+        arguments = (block, resolve_thread_count(jobs), wheelsets)
+        displacement, rms, block_rms, diverged = self._core.score(
+            batch,
+            kernel_array(table),
+            dt,
+            steps,
+            list(channels),
+            kernel_array(clearance),
+            [kernel_array(cascade) for cascade in cascades],
+            *arguments,
+        )
         n, accelerations = len(batch), max(len(channels) - wheelsets, 0)
         return RideStatistics(
             displacement.reshape(n, min(wheelsets, len(channels)), 3),
@@ -223,7 +233,7 @@ class Vehicles:
 
         All effects are included, as a static solution and a linearisation require.
         """
-        flat = self._core.rates(batch, np.ascontiguousarray(row), np.ascontiguousarray(states))
+        flat = self._core.rates(batch, kernel_array(row), kernel_array(states))
         return flat.reshape(len(batch), -1)
 
     def jacobians(self, batch: Batch, row: FloatArray) -> FloatArray:
@@ -231,7 +241,7 @@ class Vehicles:
 
         The kernel evaluates them by dual numbers. At a kink of a law the derivative is the mean of both sides.
         """
-        flat = self._core.jacobians(batch, np.ascontiguousarray(row))
+        flat = self._core.jacobians(batch, kernel_array(row))
         size = round(float(np.sqrt(flat.size / len(batch))))
         return flat.reshape(len(batch), size, size)
 
@@ -266,7 +276,7 @@ class Vehicles:
             e, psi, Q_y, u_x of wheel 2, T_x1, T_x2, T_y1, T_y2 of the treads, friction times creepage
             at the flange [N].
         """
-        forces, wheels = self._core.statics(batch, np.ascontiguousarray(rows), np.ascontiguousarray(curvature))
+        forces, wheels = self._core.statics(batch, kernel_array(rows), kernel_array(curvature))
         n = len(batch)
         return forces.reshape(n, -1), wheels.reshape(n, -1, 9)
 
