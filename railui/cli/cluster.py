@@ -17,7 +17,8 @@ def connect(scheduler: str, call: Invocation, remedy: str | None = None) -> Dask
     remedy: what to do where the scheduler is lost; by default to repeat the command, which resumes.
     """
     try:
-        from railui.execution.dask_cluster import RESUMES, DaskRunner
+        from railui.execution.dask_cluster import DaskRunner
+        from railui.execution.tasks import RESUMES
     except ModuleNotFoundError as error:
         raise usage_error(f"--scheduler needs {error.name}: {install_extra('cluster')}") from None
     return DaskRunner(scheduler, InfoLines(call), remedy or RESUMES)

@@ -10,7 +10,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.execution.cache import ResultCache, StoredResults, pack_responses
-from railui.execution.tasks import ContentHashes, Runner, Task, TaskResult
+from railui.execution.tasks import ContentHashes, Runner, Task, TaskResult, is_design_failure
 from railui.optimisation.cases import Case
 from railui.optimisation.evaluation import ResponseTable
 
@@ -39,7 +39,9 @@ class CachedEvaluator:
             Task(case, case_rows, sorted_keys, self._hashes.hash_rows(case, case_rows, sorted_keys))
             for case, case_rows in zip(cases, rows, strict=True)
         ]
-        results = self.cache.find({key for task in tasks for key in task.hashes})
+        stored = self.cache.find({key for task in tasks for key in task.hashes})
+        # earlier versions stored errors of the program as failures of designs
+        results = {key: row for key, row in stored.items() if is_design_failure(row[2])}
         self.count.cached += len(results)
         results |= self._compute(_missing_tasks(tasks, results))
         return _response_table(tasks, results, sorted_keys)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 import queue
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -11,17 +10,29 @@ from dataclasses import replace
 from typing import Any, Final, TypeVar
 
 from distributed import Client, Future, KilledWorker
+from distributed.protocol.pickle import loads
 
 from railui.execution.dask_worker import (
     BundleResults,
+    FailedBundle,
     MismatchedWorker,
+    PackedCase,
     identity_differences,
+    pack_call,
     run_bundle,
     run_checked,
     worker_identity,
 )
 from railui.execution.task_bundles import BUNDLE_SECONDS, TaskBundle, bundle_tasks
-from railui.execution.tasks import INITIAL_PACE, Task, TaskResult, environment_identity, split_tasks
+from railui.execution.tasks import (
+    INITIAL_PACE,
+    RESUMES,
+    EvaluationError,
+    Task,
+    TaskResult,
+    environment_identity,
+    split_tasks,
+)
 from railui.io.problems import TemporaryError
 from railui.optimisation.cases import Case
 from railui.optimisation.responses import Responses
@@ -36,7 +47,6 @@ MAX_CASE_SUBMISSIONS: Final = 10
 MAX_KILLS: Final = 2  # of an item of `map`, before it counts as their cause
 PACE_WEIGHT: Final = 0.2  # of the last bundle in the moving average of the pace
 KILLED_WORKER: Final = "killed its worker"  # a key of `failures` in the result
-RESUMES: Final = "all results so far are stored, the same command resumes"
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -115,7 +125,7 @@ class DaskRunner:
 
         def submit(number: int, killed: int = 0) -> None:
             workers = self._workers_for_tasks()
-            arguments = (run_checked, environment_identity(), function, items[number])
+            arguments = (run_checked, environment_identity(), pack_call(function, items[number]))
             future = self._client.submit(*arguments, workers=workers, pure=False, retries=1)
             pending[future] = number, killed
             future.add_done_callback(completed.put)
@@ -135,7 +145,7 @@ class DaskRunner:
                     continue
                 number, killed = pending.pop(future)
                 try:
-                    result: Result | MismatchedWorker = future.result(timeout=CONNECT_TIMEOUT)
+                    packed: bytes | MismatchedWorker = future.result(timeout=CONNECT_TIMEOUT)
                 except KilledWorker as error:
                     if killed < MAX_KILLS:
                         submit(number, killed + 1)
@@ -146,11 +156,11 @@ class DaskRunner:
                 except (OSError, TimeoutError, CancelledError) as error:
                     raise self.lost_scheduler(error) from None
                 else:
-                    if isinstance(result, MismatchedWorker):
-                        self.refuse(result.address)
+                    if isinstance(packed, MismatchedWorker):
+                        self.refuse(packed.address)
                         submit(number, killed)
                     else:
-                        yield number, result
+                        yield number, loads(packed)
         finally:
             for future in pending:
                 future.cancel()
@@ -256,8 +266,8 @@ class DaskRunner:
         if id(case) not in self._cases:
             # without input tables, which every worker computes itself
             excitation = Excitation(case.excitation.source, case.excitation.speed)
-            data = pickle.dumps(replace(case, excitation=excitation), protocol=5)
-            future = self._client.submit(pickle.loads, data, pure=False)
+            packed = PackedCase.of(replace(case, excitation=excitation))
+            future = self._client.submit(PackedCase, packed.data, pure=False)
             self._cases[id(case)] = (case, future)
             self._case_keys[str(future.key)] = id(case)
         return self._cases[id(case)][1]
@@ -343,7 +353,7 @@ class BundleRun:
         if future.status == "cancelled":
             raise self.runner.lost_scheduler()
         try:
-            results: BundleResults | MismatchedWorker | str = future.result(timeout=CONNECT_TIMEOUT)
+            results: BundleResults | MismatchedWorker | FailedBundle = future.result(timeout=CONNECT_TIMEOUT)
         except KilledWorker as error:
             if self.runner.drop_case(str(error.task)):
                 self._submit([bundle])
@@ -357,19 +367,25 @@ class BundleRun:
         else:
             self._handle(bundle, results)
 
-    def _handle(self, bundle: TaskBundle, results: BundleResults | MismatchedWorker | str) -> None:
+    def _handle(self, bundle: TaskBundle, results: BundleResults | MismatchedWorker | FailedBundle) -> None:
         if isinstance(results, MismatchedWorker):
             self.runner.refuse(results.address)
             self._submit([bundle])
-        elif isinstance(results, str):
-            self._isolate(bundle, results)
+        elif isinstance(results, FailedBundle):
+            self._repeat(bundle, results.reason)
         else:
             self.runner.update_pace(bundle, sum(seconds for _, seconds in results))
             for task, (responses, seconds) in zip(bundle.tasks, results, strict=True):
                 self.deliver(TaskResult(task, responses, seconds))
 
+    def _repeat(self, bundle: TaskBundle, reason: str) -> None:
+        """Run a bundle once more that failed by no fault of its designs; EvaluationError if it was the second time."""
+        if bundle.is_repeated:
+            raise EvaluationError(f"{reason}, twice on {self.runner.address}: {self.runner.remedy}")
+        self._submit([replace(bundle, is_repeated=True)])
+
     def _isolate(self, bundle: TaskBundle, reason: str) -> None:
-        """Handle a failed bundle: split it into vehicles, then isolate the vehicle, then mark it as failed."""
+        """Handle a bundle that killed its worker: split it, then isolate the vehicle, then mark it as failed."""
         if bundle.is_isolated:
             task = bundle.tasks[0]
             self.deliver(TaskResult(task, Responses.failed(len(task), task.keys, reason), 0.0))

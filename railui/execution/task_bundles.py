@@ -13,10 +13,15 @@ BUNDLE_SECONDS: Final = 1.0  # long compared with the scheduler's overhead, shor
 
 @dataclass(frozen=True, eq=False)
 class TaskBundle:
-    """Tasks that are sent together; `is_isolated` for one vehicle that runs while the cluster runs nothing else."""
+    """Tasks that are sent together.
+
+    `is_isolated` for one vehicle that runs while the cluster runs nothing else, `is_repeated` after an evaluation that
+    failed by no fault of the designs.
+    """
 
     tasks: list[Task]
     is_isolated: bool = False
+    is_repeated: bool = False
 
     @property
     def samples(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import hashlib
 import time
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -21,6 +22,9 @@ from railui.optimisation.cases import Case
 from railui.optimisation.responses import Responses, evaluate_case
 from railui.track.excitation import Excitation
 
+# of the numbers of a design, for which an analysis has no result; every other exception is a fault of the program
+DESIGN_ERRORS: Final = (ValueError, ArithmeticError)
+RESUMES: Final = "all results so far are stored, the same command resumes"
 INITIAL_PACE: Final = 60e-9  # s per vehicle and track sample, until tasks have been timed
 # Python sources that may change the digits of a result
 HASHED_SOURCES: Final = (
@@ -84,6 +88,10 @@ class TaskResult:
     seconds: float
 
 
+class EvaluationError(RuntimeError):
+    """An evaluation failed by an error of the program or the machine, which says nothing about the designs."""
+
+
 class Runner(Protocol):
     """Executor of tasks, on threads or machines, which delivers the results in any order."""
 
@@ -100,7 +108,12 @@ class Runner(Protocol):
 def run_task(case: Case, rows: FloatArray, keys: Collection[str]) -> tuple[Responses, float]:
     """Evaluate vehicles of a case on one thread and return their responses and the duration [s].
 
-    An exception is attributed to the vehicle that causes it; the others are evaluated.
+    One of `DESIGN_ERRORS` is attributed to the vehicle that causes it; the others are evaluated.
+
+    Raises
+    ------
+    EvaluationError
+        For every other exception, which must not count as a failure of a design.
     """
     start = time.perf_counter()
     return _evaluate(case, rows, keys), time.perf_counter() - start
@@ -109,14 +122,31 @@ def run_task(case: Case, rows: FloatArray, keys: Collection[str]) -> tuple[Respo
 def _evaluate(case: Case, rows: FloatArray, keys: Collection[str]) -> Responses:
     try:
         return evaluate_case(case, rows, keys, 1)
-    except Exception as error:
+    except DESIGN_ERRORS as error:
         if len(rows) == 1:
             return Responses.failed(1, keys, f"{type(error).__name__}: {error}")
+    except Exception as error:
+        track, speed = case.excitation.source.name, case.excitation.speed
+        place = f"an evaluation on {track} at {speed:g} m/s failed"
+        cause = f"{type(error).__name__}: {error}".removesuffix(": ")
+        raise EvaluationError(f"{place} by no fault of the design ({cause})") from error
     half = len(rows) // 2
     parts = [_evaluate(case, rows[:half], keys), _evaluate(case, rows[half:], keys)]
     values = {key: np.concatenate([part.values[key] for part in parts]) for key in keys}
     distance_share = np.concatenate([part.distance_share for part in parts])
     return Responses(values, distance_share, [reason for part in parts for reason in part.reasons])
+
+
+def is_design_failure(reason: str) -> bool:
+    """Return False if a reason is the text of an exception that says nothing about the design.
+
+    >>> [is_design_failure(reason) for reason in ("left the track", "ValueError: mass", "TypeError: array", "")]
+    [True, True, False, True]
+    """
+    kind = getattr(builtins, reason.partition(":")[0], None)
+    if not (isinstance(kind, type) and issubclass(kind, Exception)):
+        return True
+    return issubclass(kind, DESIGN_ERRORS)
 
 
 def split_tasks(tasks: Iterable[Task], seconds: float, workers: int, pace: float = INITIAL_PACE) -> list[Task]:

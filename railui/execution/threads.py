@@ -7,7 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from typing import Final
 
 from railui.core import resolve_thread_count
-from railui.execution.tasks import INITIAL_PACE, Task, TaskResult, run_task, split_tasks
+from railui.execution.tasks import INITIAL_PACE, RESUMES, EvaluationError, Task, TaskResult, run_task, split_tasks
 from railui.optimisation.responses import Responses
 
 TASK_SECONDS: Final = 0.25  # duration of a task, for which an interrupt waits
@@ -27,13 +27,16 @@ class ThreadRunner:
         return self._threads
 
     def run(self, tasks: Sequence[Task], deliver: Callable[[TaskResult], None]) -> None:
-        """Run all tasks; after an interrupt start no further one and deliver those already started."""
+        """Run all tasks; after an interrupt or an error start no further one and deliver those already started."""
         pool = ThreadPoolExecutor(self._threads)
         pending: dict[Future[tuple[Responses, float]], Task] = {}
 
         def deliver_result(future: Future[tuple[Responses, float]]) -> None:
             task = pending.pop(future)
-            responses, seconds = future.result()
+            try:
+                responses, seconds = future.result()
+            except EvaluationError as error:
+                raise EvaluationError(f"{error}: {RESUMES}") from error
             self._pace = (1 - PACE_WEIGHT) * self._pace + PACE_WEIGHT * seconds / task.samples
             deliver(TaskResult(task, responses, seconds))
 
