@@ -11,11 +11,12 @@ from railui.api.design import Design
 from railui.api.display import Summarised, SummaryRow, draw_on
 from railui.api.document import json_document
 from railui.api.study import Study
-from railui.execution.outputs import REPORT_FILE
+from railui.execution.outputs import REPORT_FILE, check_choice
 from railui.execution.session import Session
 from railui.execution.tasks import Runner
 from railui.execution.threads import ThreadRunner
 from railui.optimisation.cases import has_seeds
+from railui.optimisation.cases import used_seeds as used_seeds
 from railui.optimisation.fresh import FRESH_SEED_SETS as FRESH_SEED_SETS
 from railui.optimisation.fresh import is_significant as is_significant
 from railui.optimisation.optimise import checked_cases, optimise
@@ -251,6 +252,8 @@ def search_in_directory(
     ------
     FileProblems
         For objectives that the cases cannot evaluate, and a directory with other files.
+    ValueError
+        For a number in `choose` that the front has not, after all files are written.
     """
     from railui.report.search.page import write_study_page
 
@@ -262,6 +265,7 @@ def search_in_directory(
         files = study_inputs(study) if inputs is None else inputs
         document = json_document("optimise", data, files, study.method.seed)
         written = [*session.finish(document, choose), write_study_page(study, document, home / REPORT_FILE)]
+    check_choice(document, choose, home)
     return data, written
 
 

@@ -27,7 +27,13 @@ SOBOL_SAMPLES = 256  # for each of the variables and two more
     "-o", "--output", metavar="DIR", help="Directory of the result; railui-study/NAME next to the study by default."
 )
 @click.option("--scheduler", metavar="ADDRESS", help="Distribute the work: tcp://host:8786 of a dask scheduler.")
-@click.option("--choose", type=int, multiple=True, metavar="N", help="Write design N of the front as a design file.")
+@click.option(
+    "--choose",
+    type=click.IntRange(min=0),
+    multiple=True,
+    metavar="N",
+    help="Write design N of the front as a design file.",
+)
 @click.option("--sensitivities", is_flag=True, help="Compute Sobol indices of the objectives over the ranges, too.")
 @click.option("--unlock", is_flag=True, help="Take over the directory from a process that ended on another machine.")
 @click.option("--dry-run", is_flag=True, help="Print the size of the search and stop.")
@@ -48,9 +54,10 @@ def command(
 
     Evaluations are stored in DIR as they complete: the same command resumes an interrupted search, with the same
     result. DIR gets copies of the study and the vehicle, the result, the Pareto front, a report and the design
-    at the knee point. Exit code 4 where no design satisfies the constraints.
+    at the knee point. Exit code 4 where no design satisfies the constraints, or all designs fail.
     """
     from railui.api.study import Study
+    from railui.optimisation.failures import all_failed, failure_line
 
     loaded = Study.load(study)
     call.warn(loaded.warnings)
@@ -64,7 +71,12 @@ def command(
     samples = SOBOL_SAMPLES if sensitivities else 0
     document = _search(loaded, directory, _runner(scheduler, call), unlock, samples, inputs, choose, call)
     call.write_json(document)
+    if failed := failure_line(document):
+        call.info(failed)
     if document["knee"] is None:
+        if all_failed(document):
+            call.info("no design can be compared: narrow the ranges of the variables, or change the cases")
+            ctx.exit(EXIT_LIMIT_VIOLATED)
         nearest = ", ".join(f"{path} {value:.6g}" for path, value in document["closest"].items())
         call.info(f"no design satisfies the constraints; the nearest [SI]: {nearest}")
         ctx.exit(EXIT_LIMIT_VIOLATED)

@@ -20,6 +20,7 @@ MAX_DIFFERENCES_SHOWN: Final = 5
 def snapshot(study: Study) -> dict[str, Any]:
     """Return everything in a study that decides the result of the search, as JSON; track files by their SHA-256."""
     cases = vars(study.cases) | {"track": [_track_text(study, track) for track in study.cases.track]}
+    del cases["has_default_seed"]  # the seeds of a track are in its text
     content: dict[str, Any] = to_json_value(
         {
             "study": study.name,

@@ -18,6 +18,7 @@ from railui.io.atomic import relative_path, write_text
 from railui.io.problems import file_problem
 from railui.io.schema_line import schema_name
 from railui.io.yaml_writer import YamlWriter
+from railui.optimisation.cases import used_seeds
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study
 from railui.track.excitation import is_track_file
@@ -72,32 +73,35 @@ def save_result(
         Result of `railui.optimisation.optimise.optimise`.
     directory : str or Path
     choose : sequence of int
-        Indices of designs of the front to write as chosen_N.yaml.
+        Indices of designs of the front to write as chosen_N.yaml; those that the front has not are left out.
 
     Returns
     -------
     list of Path
         knee.yaml (if there is a knee), chosen_N.yaml, front.csv and, last, result.json.
-
-    Raises
-    ------
-    ValueError
-        For an index that is not on the front.
     """
     path, front = Path(directory), document["pareto"]
     path.mkdir(parents=True, exist_ok=True)
-    for i in choose:
-        if not 0 <= i < len(front):
-            raise ValueError(f"no design {i} on the front, which has {len(front)}, numbered from 0")
     written = []
     if document["knee"] is None:
         (path / KNEE_FILE).unlink(missing_ok=True)
     else:
         written.append(save_design(front_design(study, document, document["knee"], "knee"), path / KNEE_FILE))
-    for i in choose:
+    for i in (i for i in choose if 0 <= i < len(front)):
         written.append(save_design(front_design(study, document, i, f"design {i}"), path / f"chosen_{i}.yaml"))
     written.append(write_text(path / FRONT_FILE, front_csv(study, document)))
     return [*written, write_text(path / RESULT_FILE, json.dumps(document, indent=1, allow_nan=False) + "\n")]
+
+
+def check_choice(document: Mapping[str, Any], choose: Sequence[int], directory: str | Path) -> None:
+    """Raise ValueError for indices that are not on the front of a result, which a directory holds."""
+    count = len(document["pareto"])
+    if unknown := [str(i) for i in choose if not 0 <= i < count]:
+        extent = f"has {count}, numbered from 0" if count else "is empty"
+        what = f"no design {', '.join(unknown)} on the front, which {extent}"
+        raise ValueError(
+            f"{what}; the result is in {directory}: the same command with another number takes it from there"
+        )
 
 
 def front_design(study: Study, document: Mapping[str, Any], index: int, label: str) -> Design:
@@ -160,7 +164,8 @@ def study_text(study: Study, directory: str | Path) -> str:
     with writer.block("cases"):
         writer.entry("track", [_track_text(study, track, directory) for track in cases.track])
         writer.entry("speed", list(cases.speed), comment="m/s")
-        writer.entry("seed", list(cases.seed))
+        if not cases.has_default_seed or used_seeds(study) in ([], list(cases.seed)):
+            writer.entry("seed", list(cases.seed))
         writer.entry("scenario", [dict(scenario) for scenario in cases.scenario])
         writer.entry("draws", cases.draws)
         writer.entry("radius", cases.radius, comment="m")

@@ -118,6 +118,12 @@ def _read_list_or_scalar(value: Any) -> Any:
     return value if isinstance(value, list) else [value]
 
 
+def _read_required_list_or_scalar(value: Any) -> Any:
+    if value in (None, []):
+        raise UnitError("is empty", "name one")
+    return _read_list_or_scalar(value)
+
+
 def integer_reader(minimum: int = 0, maximum: int = 2**63 - 1) -> ValueReader:
     """Return a reader of integers from `minimum` to `maximum`."""
 
@@ -135,6 +141,7 @@ def integer_reader(minimum: int = 0, maximum: int = 2**63 - 1) -> ValueReader:
 Text = Annotated[str, ValueReader(_read_text, {"type": "string"})]
 Switch = Annotated[bool, ValueReader(_read_switch, {"type": "boolean"})]
 LIST, LIST_OR_SCALAR, PAIR = ValueReader(_read_list), ValueReader(_read_list_or_scalar), ValueReader(_read_pair)
+REQUIRED_LIST_OR_SCALAR = ValueReader(_read_required_list_or_scalar)  # of a key that cannot be left out
 OBJECT: dict[str, Any] = {"type": "object"}
 Objects = Annotated[list[Any], ValueReader(_read_list, {"type": "array", "items": OBJECT})]
 

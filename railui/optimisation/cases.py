@@ -56,12 +56,18 @@ def seeds_of(study: Study, track: str, fresh: int | None = None) -> list[int | N
     own_seed = _own_seed(study, track)
     if own_seed is None:
         return [None] * len(study.cases.seed)
-    seeds: list[int | None] = [own_seed] if study.cases.seed == (0,) else list(study.cases.seed)
+    seeds: list[int | None] = [own_seed] if study.cases.has_default_seed else list(study.cases.seed)
     if fresh is None:
         return seeds
     own_seeds = [_own_seed(study, each) for each in study.cases.track]
     first = 1 + max(*study.cases.seed, *(seed for seed in own_seeds if seed is not None))
     return [first + fresh * len(seeds) + i for i in range(len(seeds))]
+
+
+def used_seeds(study: Study) -> list[int]:
+    """Return the seeds with which the tracks of a study are generated, each once; none for files only."""
+    seeds = [seed for track in study.cases.track for seed in seeds_of(study, track) if seed is not None]
+    return list(dict.fromkeys(seeds))
 
 
 def _own_seed(study: Study, track: str) -> int | None:

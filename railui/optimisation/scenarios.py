@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from railui.io.problems import FileProblems, Findings
 from railui.io.units import UnitError, quantity
+from railui.optimisation.study_conflicts import check_scenarios
 from railui.vehicle.design import Design
 from railui.vehicle.effects import PlacedEffect
 
@@ -77,7 +78,7 @@ def _read_friction(value: Any) -> float:
 def read_scenarios(raw: Any, design: Design | None, findings: Findings) -> tuple[Mapping[str, Any], ...]:
     """Read scenarios as overrides in SI by path; add faults to the findings."""
     entries = [{}] if raw is None else raw if isinstance(raw, list) else [raw]
-    scenarios: list[Mapping[str, Any]] = []
+    scenarios: dict[str, Mapping[str, Any]] = {}
     for i, entry in enumerate(entries):
         overrides = {} if entry is None else entry
         if design is None or not isinstance(overrides, dict):
@@ -86,11 +87,12 @@ def read_scenarios(raw: Any, design: Design | None, findings: Findings) -> tuple
         try:
             changed = apply_scenario(design, overrides)
             numeric = set(changed.paths())
-            scenarios.append({path: _si_value(changed, path, value, numeric) for path, value in overrides.items()})
+            scenarios[key] = {path: _si_value(changed, path, value, numeric) for path, value in overrides.items()}
         except FileProblems as error:
             for problem in error.problems:
                 findings.add(f"{key}.{problem.key}", problem.message, problem.remedy)
-    return tuple(scenarios)
+    check_scenarios(scenarios, findings)
+    return tuple(scenarios.values())
 
 
 def _si_value(changed: Design, path: str, value: Any, numeric: Collection[str]) -> Any:

@@ -44,7 +44,8 @@ class Constraint:
 class Cases:
     """Cases on which every design is evaluated, with the field names of the study file.
 
-    Speeds in m/s, scenarios as overrides in SI by path, radius and cant deficiency of the curve in m.
+    Speeds in m/s, scenarios as overrides in SI by path, radius and cant deficiency of the curve in m. The seed of a
+    track's own spec is used if `has_default_seed`: the file leaves the seeds to the tracks.
     """
 
     track: tuple[str, ...]
@@ -54,6 +55,7 @@ class Cases:
     draws: int
     radius: float
     cant_deficiency: float
+    has_default_seed: bool = False
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from railui.io.yaml_file import load_fields
 from railui.optimisation.response_keys import NUMERIC_KEYS, RESPONSE_KEYS, check_bound
 from railui.optimisation.scenarios import default_scenarios, read_scenarios
 from railui.optimisation.study import Cases, Constraint, Method, Objective, Study, Variable
+from railui.optimisation.study_conflicts import check_constraints_agree, check_objectives_differ, check_seeds
 from railui.optimisation.study_schema import CasesModel, StudyModel
 from railui.ride_quality.comfort import fixed_transfer
 from railui.vehicle.design import Design
@@ -63,6 +64,7 @@ def load_study(
     constraints = read_constraints(data.get("constraints"), findings)
     cases = data["cases"] if isinstance(data.get("cases"), dict) else {}
     check_tracks(cases.get("track"), source.parent, findings, check_track)
+    check_seeds(cases.get("seed"), findings)
     scenarios = _read_scenarios(cases, design, variables, findings)
     _check_draws(cases, design, findings)
     if findings.errors() or design is None or model is None:
@@ -75,7 +77,7 @@ def load_study(
         name=model.name or source.stem,
         design=design,
         variables=variables,
-        cases=_cases(model.cases, scenarios),
+        cases=_cases(model.cases, scenarios, has_default_seed="seed" not in cases),
         objectives=objectives,
         constraints=constraints,
         method=Method(method, model.method.population, model.method.generations, model.method.seed),
@@ -117,7 +119,7 @@ def _warn_of_fixed_transfer(
             findings.warn(f"variables.{variable.path}", f"varies, but comfort is the {quantity}", remedy)
 
 
-def _cases(model: CasesModel, scenarios: tuple[Mapping[str, Any], ...]) -> Cases:
+def _cases(model: CasesModel, scenarios: tuple[Mapping[str, Any], ...], *, has_default_seed: bool) -> Cases:
     return Cases(
         track=tuple(model.track),
         speed=tuple(model.speed),
@@ -126,6 +128,7 @@ def _cases(model: CasesModel, scenarios: tuple[Mapping[str, Any], ...]) -> Cases
         draws=model.draws,
         radius=model.radius,
         cant_deficiency=model.cant_deficiency,
+        has_default_seed=has_default_seed,
     )
 
 
@@ -173,8 +176,8 @@ def _is_numeric_key(name: str, key: str, findings: Findings) -> bool:
 
 
 def read_objectives(raw: Any, findings: Findings) -> tuple[Objective, ...]:
-    """Read the objectives; add entries that do not name exactly one numeric key to the findings."""
-    objectives: list[Objective] = []
+    """Read the objectives; add entries that do not name exactly one numeric key, or repeat one, to the findings."""
+    objectives: dict[str, Objective] = {}
     if isinstance(raw, list) and not raw:
         findings.add("objectives", "is empty", "add {minimise: weighted_acceleration, over: mean}")
     for i, entry in enumerate(raw if isinstance(raw, list) else []):
@@ -184,13 +187,15 @@ def read_objectives(raw: Any, findings: Findings) -> tuple[Objective, ...]:
         if len(senses) != 1:
             findings.add(f"objectives.{i}", f"has {len(senses)} senses", "give one of minimise and maximise")
         elif _is_numeric_key(str(entry[senses[0]]), f"objectives.{i}.{senses[0]}", findings):
-            objectives.append(Objective(str(entry[senses[0]]), senses[0], str(entry.get("over", "mean"))))
-    return tuple(objectives)
+            over = str(entry.get("over", "mean"))
+            objectives[f"objectives.{i}"] = Objective(str(entry[senses[0]]), senses[0], over)
+    check_objectives_differ(objectives, findings)
+    return tuple(objectives.values())
 
 
 def read_constraints(raw: Any, findings: Findings) -> tuple[Constraint, ...]:
     """Read the constraints, "linear_damping >= 0.05", bounds in the key's own unit; add faults to the findings."""
-    constraints: list[Constraint] = []
+    constraints: dict[str, Constraint] = {}
     for i, text in enumerate(raw if isinstance(raw, list) else []):
         key = f"constraints.{i}"
         match = CONSTRAINT_PATTERN.match(text) if isinstance(text, str) else None
@@ -201,10 +206,11 @@ def read_constraints(raw: Any, findings: Findings) -> tuple[Constraint, ...]:
                 number, unit = split_quantity(match[3])
                 bound = convert(number, unit, RESPONSE_KEYS[match[1]].unit) if unit else number
                 check_bound(match[1], bound)
-                constraints.append(Constraint(match[1], match[2], bound, text))
+                constraints[key] = Constraint(match[1], match[2], bound, text)
             except UnitError as error:
                 findings.add(key, error.message, error.remedy)
-    return tuple(constraints)
+    check_constraints_agree(constraints, findings)
+    return tuple(constraints.values())
 
 
 def check_tracks(

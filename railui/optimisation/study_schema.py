@@ -10,6 +10,7 @@ from railui.io.fields import (
     LIST,
     LIST_OR_SCALAR,
     PAIR,
+    REQUIRED_LIST_OR_SCALAR,
     Group,
     Text,
     ValueReader,
@@ -42,10 +43,10 @@ SCENARIO = ValueReader(
 class CasesModel(Group):
     """Tracks x speeds x seeds x scenarios (x samples of the calibrated parameters)."""
 
-    track: Annotated[list[Text], LIST_OR_SCALAR] = Field(
+    track: Annotated[list[Text], REQUIRED_LIST_OR_SCALAR] = Field(
         json_schema_extra={"sample": "track: [erri_b176_low length=2000]"}
     )
-    speed: Annotated[list[Speed], LIST_OR_SCALAR] = Field(json_schema_extra={"sample": "speed: [40 m/s]"})
+    speed: Annotated[list[Speed], REQUIRED_LIST_OR_SCALAR] = Field(json_schema_extra={"sample": "speed: [40 m/s]"})
     seed: Annotated[list[Whole], LIST_OR_SCALAR] = Field(default_factory=lambda: [0])
     scenario: Annotated[list[Annotated[dict[str, Any], SCENARIO]], LIST_OR_SCALAR] = Field(
         default_factory=lambda: list[dict[str, Any]]([{}]),

@@ -16,6 +16,7 @@ from railui.io.schema_line import check_schema
 from railui.io.yaml_document import Document, parse_yaml, read_text
 from railui.vehicle.contact_profiles import ContactProfiles
 from railui.vehicle.contact_profiles_reader import DeclaredProfiles, apply_profiles, declare_profiles
+from railui.vehicle.covariance import is_indefinite
 from railui.vehicle.design import Adjustment, Design, RidingSettings
 from railui.vehicle.design_schema import design_model
 from railui.vehicle.effect_reader import read_effects
@@ -226,6 +227,9 @@ def _check_covariance(rows: Sequence[Sequence[float]], n: int, findings: Finding
     pairs = ((i, j) for i in range(n) for j in range(i))
     if any(abs(rows[i][j] - rows[j][i]) > 1e-6 * math.sqrt(variances[i] * variances[j]) for i, j in pairs):
         findings.add(path, "is not symmetric", remedy)
+    elif is_indefinite(rows):
+        what = "has a negative eigenvalue: the correlations contradict each other, no parameters can be drawn from it"
+        findings.add(path, what, remedy)
 
 
 def _check_samples(rows: Sequence[Sequence[float]], n: int, findings: Findings) -> None:

@@ -45,6 +45,34 @@ def test_a_search_without_a_feasible_design_has_exit_code_4(tmp_path: Path) -> N
     assert not (tmp_path / "railui-study/study/knee.yaml").exists()
 
 
+def test_a_search_whose_designs_all_fail_prints_the_reasons(tmp_path: Path) -> None:
+    file = tmp_path / "study.yaml"
+    text = STUDY.format(vehicle=BOGIE, least=0.02).replace('constraints: ["linear_damping >= 0.02"]\n', "")
+    variables = "{vehicle.primary.lateral_stiffness: [1e13, 1e14], vehicle.secondary.yaw_damping: [1e11, 1e12]}"
+    file.write_text(text.replace("{vehicle.secondary.yaw_damping: [5e3, 2e5]}", variables), "utf-8")
+    result = run("optimise", str(file), "--json", "-")
+    assert result.exit_code == 4
+    found = document(result)
+    count = found["failures"]["too stiff to be stepped"]
+    assert found["failed"] == found["evaluations"] == count
+    assert f"all {count} designs failed: too stiff to be stepped ({count})" in result.stderr
+    assert "satisfies the constraints" not in result.stderr
+    page = (tmp_path / "railui-study/study/report.html").read_text("utf-8")
+    assert f"<h1>All {count} designs failed: too stiff to be stepped ({count}).</h1>" in page
+    assert "Nearest to the constraints" not in page
+
+
+def test_a_number_that_the_front_has_not_is_an_error_after_the_result_is_written(tmp_path: Path) -> None:
+    file, out = tmp_path / "study.yaml", tmp_path / "out"
+    file.write_text(STUDY.format(vehicle=BOGIE, least=0.02), "utf-8")
+    result = run("optimise", str(file), "-o", str(out), "--choose", "0", "--choose", "999")
+    assert result.exit_code == 1
+    assert f"no design 999 on the front, which has 1, numbered from 0; the result is in {out}" in result.stderr
+    assert {"result.json", "front.csv", "knee.yaml", "report.html", "chosen_0.yaml"} <= {p.name for p in out.iterdir()}
+    assert json.loads(run("status", str(out), "--json", "-").stdout)["state"] == "finished"
+    assert run("optimise", str(file), "--choose", "-1").exit_code == 2
+
+
 def test_a_dry_run_prints_the_size_of_the_search_and_writes_nothing(tmp_path: Path) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(STUDY.format(vehicle=BOGIE, least=0.02), "utf-8")

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from railui.execution.outputs import study_text
 from railui.io.problems import FileProblems
-from railui.optimisation.cases import cases_of, seeds_of
+from railui.optimisation.cases import cases_of, seeds_of, used_seeds
 from railui.optimisation.evaluation import response_table
+from railui.optimisation.study_reader import load_study
 from tests.optimisation.studies import BOGIE, HOME, small_study
 
 
@@ -20,6 +22,18 @@ def test_a_track_file_has_no_seeds_and_the_seed_of_a_spec_is_the_default(tmp_pat
     assert seeds_of(study, str(run)) == [None]
     assert seeds_of(study, spec) == [9]
     assert seeds_of(study, spec, fresh=0) == [10]
+
+
+def test_a_seed_that_the_study_names_replaces_that_of_the_spec_also_0(tmp_path: Path) -> None:
+    spec = "erri_b176_low length=200 seed=7"
+    named = small_study(tmp_path, cases=f"{{track: [{spec}], speed: [40], seed: [0]}}")
+    assert seeds_of(named, spec) == [0] == used_seeds(named) and cases_of(named)[0].excitation.source.seed == 0
+    (tmp_path / "copy.yaml").write_text(study_text(named, tmp_path), "utf-8")
+    assert used_seeds(load_study(tmp_path / "copy.yaml")) == [0]
+    left = small_study(tmp_path, cases=f"{{track: [{spec}, erri_b176_low length=200], speed: [40]}}")
+    assert used_seeds(left) == [7, 0]
+    (tmp_path / "copy.yaml").write_text(study_text(left, tmp_path), "utf-8")
+    assert used_seeds(load_study(tmp_path / "copy.yaml")) == [7, 0]
 
 
 def test_a_designed_line_has_the_seeds_of_its_synthetic_irregularities(tmp_path: Path) -> None:

@@ -138,6 +138,41 @@ def test_all_faults_are_reported_at_once(study: Callable[..., Study], problems_o
     assert "is it in km/h?" in problems[5].remedy
 
 
+def test_repeated_and_contradicting_entries_are_refused_at_once(
+    study: Callable[..., Study], problems_of: ProblemsOf
+) -> None:
+    problems = problems_of(
+        lambda: study(
+            ("seed: [1, 2]", "seed: [1, 2, 1]"),
+            (
+                "contact.trailing.conicity: 0.3}]",
+                "contact.trailing.conicity: 0.3}, {contact.trailing.conicity: 30 %, contact.leading.conicity: 0.3}]",
+            ),
+            ("{maximise: flange_margin, over: worst}", "{maximise: weighted_acceleration}"),
+            ('"wear_number <= 0.2 kN"', '"wear_number <= 0.2 kN", "wear_number >= 201", "linear_damping >= 0.1"'),
+        )
+    )
+    assert [(p.line, p.key, p.message) for p in problems] == [
+        (3, "cases.seed.2", "repeats cases.seed.0"),
+        (3, "cases.scenario.2", "repeats cases.scenario.1"),
+        (4, "objectives.1", "repeats objectives.0"),
+        (5, "constraints.3", "'wear_number >= 201' contradicts constraints.2, 'wear_number <= 0.2 kN'"),
+    ]
+    assert all(p.column > 1 and p.remedy for p in problems)
+
+
+def test_the_unchanged_design_may_have_the_weight_of_several_scenarios(study: Callable[..., Study]) -> None:
+    assert study(("[{}, {contact", "[{}, {}, {contact")).cases.scenario[:2] == ({}, {})
+    assert study(("comfort_hours >= 90 min", "wear_number >= 200")).constraints  # equal bounds are an equation
+
+
+@pytest.mark.parametrize("key", ["track: [erri_b176_low length=2000]", "speed: [40 m/s, 144 km/h]"])
+def test_a_required_list_is_not_to_be_left_out(study: Callable[..., Study], problems_of: ProblemsOf, key: str) -> None:
+    for empty in ("[]", ""):
+        (problem,) = problems_of(lambda empty=empty: study((key, f"{key.partition(':')[0]}: {empty}")))
+        assert (problem.message, problem.remedy) == ("is empty", "name one")
+
+
 def test_a_range_must_rise(study: Callable[..., Study], problems_of: ProblemsOf) -> None:
     assert "does not rise" in problems_of(lambda: study(("[1 MN/m, 8 MN/m]", "[8 MN/m, 1 MN/m]")))[0].message
 

@@ -284,10 +284,30 @@ def test_an_adjustment_holds_names_and_covariance(bogie: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "covariance", ["[[1, 2]]", "[[1, 2], [3, 4]]", "[[-1, 0], [0, 1]]", "[[.nan, 0], [0, 1]]", "[[1], [1]]"]
+    "covariance",
+    [
+        "[[1, 2]]",
+        "[[1, 2], [3, 4]]",
+        "[[-1, 0], [0, 1]]",
+        "[[.nan, 0], [0, 1]]",
+        "[[1], [1]]",
+        "[[1, 2], [2, 1]]",
+        "[[0, 1], [1, 1]]",
+    ],
 )
 def test_an_invalid_covariance_is_rejected(bogie: str, covariance: str, problems_of: ProblemsOf) -> None:
     assert problems_of(lambda: parse_design(bogie + ADJUSTED % covariance))[0].key == "adjustment.covariance"
+
+
+def test_a_singular_covariance_is_accepted_with_the_rounding_of_its_digits(bogie: str) -> None:
+    # correlation 1, and 1.0000004 after rounding to six digits
+    for covariance in (
+        "[[1e-4, 0.5], [0.5, 2500.0]]",
+        "[[1.11111e-4, 0.527046], [0.527046, 2500.0]]",
+        "[[0, 0], [0, 1]]",
+    ):
+        adjustment = parse_design(bogie + ADJUSTED % covariance).adjustment
+        assert adjustment is not None and len(adjustment.covariance) == 2
 
 
 def test_the_content_of_designs_differs_if_they_behave_differently(bogie: str) -> None:

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from railui.capture.processing.conventions import CONVENTIONS
 from railui.io.fields import (
-    LIST_OR_SCALAR,
+    REQUIRED_LIST_OR_SCALAR,
     Group,
     Text,
     ValueReader,
@@ -76,7 +76,7 @@ Coordinate = Annotated[float, quantity_reader("m")]
 class SensorModel(Group):
     """Sensor: quantity = sign x scale x (channel - offset), `delay` earlier, transferred from `position`."""
 
-    channel: Annotated[list[Text], LIST_OR_SCALAR] = Field(json_schema_extra={"sample": "channel: box1_y"})
+    channel: Annotated[list[Text], REQUIRED_LIST_OR_SCALAR] = Field(json_schema_extra={"sample": "channel: box1_y"})
     unit: Text | None = Field(default=None, title="unit of the channel, if the file lacks it or states it wrongly")
     axis: Annotated[str, AXIS] | None = Field(default=None, title="axis of the vehicle along which the sensor points")
     sign: Annotated[float, quantity_reader("1", -1.0, maximum=1.0)] = 1.0

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
+from railui.api.optimisation import used_seeds
 from railui.desk.state.form_rows import LOG_SCALE_RATIO, UNBOUNDED
 from railui.documents.saving import save_design
 from railui.io.atomic import write_text
@@ -94,7 +95,7 @@ class Plan:
             tuple(constraint.text for constraint in study.constraints),
             cases.track[0],
             cases.speed[0],
-            ", ".join(map(str, cases.seed)),
+            ", ".join(map(str, (cases.has_default_seed and used_seeds(study)) or cases.seed)),
             STUDY_SCENARIOS,
             method.kind,
             method.population,

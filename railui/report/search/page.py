@@ -11,7 +11,9 @@ import numpy as np
 from railui import core
 from railui.io.atomic import write_text
 from railui.io.number_format import typeset_unit
+from railui.optimisation.cases import used_seeds
 from railui.optimisation.design_space import DesignSpace
+from railui.optimisation.failures import all_failed, failure_line
 from railui.optimisation.fresh import is_significant
 from railui.optimisation.objectives import is_at_bound, required_keys
 from railui.optimisation.response_keys import RESPONSE_KEYS
@@ -50,6 +52,7 @@ def _contents(study: Study, report: Report) -> Row:
         "front": _front(study, report),
         "cases": _cases(study, report),
         "failures": sorted(report["failures"].items(), key=lambda row: -row[1]),
+        "all_failed": all_failed(report),
         "provenance": _provenance(report),
     }
 
@@ -57,7 +60,7 @@ def _contents(study: Study, report: Report) -> Row:
 def sentence(report: Report) -> str:
     """Return the result in one sentence: the objectives of the knee point and of the baseline."""
     if report["knee"] is None:
-        return "No design satisfies the constraints."
+        return f"{failure_line(report).capitalize()}." if all_failed(report) else "No design satisfies the constraints."
     knee, baseline = report["pareto"][report["knee"]], report["baseline"]
     parts = []
     for j, aim in enumerate(report["aims"]):
@@ -215,7 +218,7 @@ def _cases(study: Study, report: Report) -> list[tuple[str, str]]:
     rows = [
         ("tracks", "; ".join(c.track)),
         ("speeds", ", ".join(f"{v:.4g} m/s" for v in c.speed)),
-        *([("seeds", ", ".join(map(str, c.seed)))] if figures.has_fresh_seeds(report) else []),
+        *([("seeds", ", ".join(map(str, used_seeds(study))))] if figures.has_fresh_seeds(report) else []),
         ("scenarios", "; ".join(scenario or "as designed" for scenario in scenarios)),
         ("samples of the calibrated parameters", str(c.draws)),
     ]
