@@ -27,6 +27,7 @@ from railui.optimisation.objectives import (
 from railui.optimisation.responses import integrable_rows
 from railui.optimisation.search import Search, baseline_values
 from railui.optimisation.sensitivity import one_at_a_time, sobol
+from railui.optimisation.sobol_intervals import width_warnings
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
 from railui.progress import SILENT, Progress
@@ -119,7 +120,7 @@ def optimise(
     points = [_point(study, x[i], assessment, i, summary) for i, summary in enumerate(summaries)]
     search.report("computing sensitivities")
     selected = baseline if best is None else front.x[best]
-    sensitivities = {
+    sensitivities: dict[str, Any] = {
         "one_at_a_time": one_at_a_time(study, cases, selected, evaluate),
         "sobol": sobol(study, cases, evaluate, samples) if samples else None,
     }
@@ -147,6 +148,7 @@ def optimise(
             *knee_warnings(knee, len(front), len(study.objectives)),
             *fresh_warnings(study, points[1:], _selected_names(study, front, best)),
             *result_warnings(study, DesignSpace(study.variables).to_unit(front.x), best),
+            *width_warnings(sensitivities["sobol"]),
         ],
         "seconds": time.perf_counter() - start,
     }

@@ -13,6 +13,7 @@ from railui.optimisation.cases import Case
 from railui.optimisation.design_space import DesignSpace, values_by_path
 from railui.optimisation.evaluation import Evaluator
 from railui.optimisation.objectives import Assessment, assess, assess_responses, finite_or_none, required_keys
+from railui.optimisation.sobol_intervals import CONFIDENCE, index_intervals
 from railui.optimisation.study import Study
 from railui.vehicle.design import Design
 from railui.vehicle.model import Model
@@ -131,7 +132,8 @@ def sobol(study: Study, cases: Sequence[Case], evaluator: Evaluator, samples: in
     -------
     dict
         Per variable `first`, the share of an objective's variance due to the variable alone, and `total`, its share
-        including interactions; `failed`, the number of failed designs, which count as the worst that did not fail.
+        including interactions, each with the interval [low, high] of `confidence`, `first_interval` and
+        `total_interval`; `failed`, the number of failed designs, which count as the worst that did not fail.
 
     References
     ----------
@@ -141,12 +143,14 @@ def sobol(study: Study, cases: Sequence[Case], evaluator: Evaluator, samples: in
 
     space = DesignSpace(study.variables)
     failed = 0
+    evaluated: list[FloatArray] = []  # the first set of samples, the second, then the first with one variable changed
 
     def objectives(unit: FloatArray) -> FloatArray:
         nonlocal failed
         assessment = assess(study, cases, space.from_unit(unit.T), evaluator)
         failed += int(np.sum(assessment.distance_share < 1))
         rows = [_replace_failed(column) for column in assessment.objectives.T]
+        evaluated.append(np.stack(rows))
         return np.stack(rows + rows[:1])  # scipy removes an axis of one, and fails for one objective of one variable
 
     uniform: Any = [stats.uniform(0, 1)] * len(study.variables)
@@ -155,11 +159,21 @@ def sobol(study: Study, cases: Sequence[Case], evaluator: Evaluator, samples: in
         indices = stats.sobol_indices(func=objectives, n=samples, dists=uniform, rng=rng)
     shape = (-1, len(study.variables))
     first, total = (np.reshape(x, shape)[:-1] for x in (indices.first_order, indices.total_order))
+    a, b, mixed = evaluated
+    ab = np.moveaxis(mixed.reshape(len(mixed), samples, len(study.variables)), -1, 0)
+    first_ends, total_ends = index_intervals(a, b, ab, study.method.seed)
     return {
         "samples": samples,
         "failed": failed,
+        "confidence": CONFIDENCE,
         "variables": [
-            {"path": v.path, "first": finite_or_none(first[:, j]), "total": finite_or_none(total[:, j])}
+            {
+                "path": v.path,
+                "first": finite_or_none(first[:, j]),
+                "total": finite_or_none(total[:, j]),
+                "first_interval": [finite_or_none(ends) for ends in first_ends[:, :, j].T],
+                "total_interval": [finite_or_none(ends) for ends in total_ends[:, :, j].T],
+            }
             for j, v in enumerate(study.variables)
         ],
     }

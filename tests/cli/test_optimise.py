@@ -73,6 +73,25 @@ def test_a_number_that_the_front_has_not_is_an_error_after_the_result_is_written
     assert run("optimise", str(file), "--choose", "-1").exit_code == 2
 
 
+def test_sobol_indices_have_intervals_in_json_table_and_page(tmp_path: Path) -> None:
+    file, out = tmp_path / "study.yaml", tmp_path / "out"
+    text = STUDY.format(vehicle=BOGIE, least=0.02)
+    more = "vehicle.secondary.lateral_damping: [1e4, 6e4]"
+    file.write_text(text.replace("[5e3, 2e5]}", f"[5e3, 2e5], {more}}}"), "utf-8")
+    result = run("optimise", str(file), "-o", str(out), "--sensitivities", "--samples", "16")
+    assert result.exit_code == 0, result.stderr
+    found = json.loads((out / "result.json").read_text("utf-8"))
+    sobol = found["sensitivities"]["sobol"]
+    assert sobol["samples"] == 16 and sobol["confidence"] == 0.95
+    row = sobol["variables"][1]
+    (low, high), first = row["first_interval"][0], row["first"][0]
+    assert low < high and f"{first:.2f} [{low:.2f}, {high:.2f}]" in result.stdout
+    assert "95 % intervals" in (out / "report.html").read_text("utf-8")
+    assert any("--samples 64" in warning for warning in found["warnings"]) and "--samples 64" in result.stderr
+    refused = run("optimise", str(file), "-o", str(out), "--sensitivities", "--samples", "100")
+    assert refused.exit_code == 2 and "give 64 or 128" in refused.stderr
+
+
 def test_a_dry_run_prints_the_size_of_the_search_and_writes_nothing(tmp_path: Path) -> None:
     file = tmp_path / "study.yaml"
     file.write_text(STUDY.format(vehicle=BOGIE, least=0.02), "utf-8")

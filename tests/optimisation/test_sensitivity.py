@@ -11,6 +11,7 @@ import pytest
 from railui.optimisation.cases import Case, cases_of
 from railui.optimisation.evaluation import ResponseTable, evaluate_in_process
 from railui.optimisation.sensitivity import one_at_a_time, sobol
+from railui.optimisation.sobol_intervals import index_intervals, width_warnings
 from railui.optimisation.study_reader import load_study
 from railui.ride_quality.evaluation import ride
 from tests.execution.small import write_study
@@ -55,6 +56,32 @@ def test_sobol_indices_of_a_product_equal_the_analytical_ones(tmp_path: Path) ->
     for row in indices["variables"]:
         assert row["first"][0] == pytest.approx(3 / 7, abs=0.03)
         assert row["total"][0] == pytest.approx(4 / 7, abs=0.03)
+        for key, exact in (("first", 3 / 7), ("total", 4 / 7)):
+            low, high = row[f"{key}_interval"][0]
+            assert low < exact < high and 0.05 < high - low < 0.25
+    assert indices["confidence"] == 0.95 and not width_warnings(indices)
+    few = sobol(study, cases, product, 32)
+    widths = [high - low for row in few["variables"] for low, high in row["first_interval"]]
+    (warning,) = width_warnings(few)
+    assert max(widths) > 0.3 and "give more samples than 32, such as --samples 128" in warning
+    assert few == sobol(study, cases, product, 32)  # the resamples have a seed
+
+
+def test_intervals_contain_the_index_about_as_often_as_stated() -> None:
+    rng, trials, hits = np.random.default_rng(4), 60, np.zeros((2, 2))
+    exact = np.array([[0.2, 0.8], [0.2, 0.8]])  # f = u + 2 v: no interaction
+    for seed in range(trials):
+        a, b = rng.random((2, 128)), rng.random((2, 128))
+        mixed = [np.stack([b[0], a[1]]), np.stack([a[0], b[1]])]
+        f, g, *h = ((u + 2 * v)[None] for u, v in (a, b, *mixed))
+        low, high = index_intervals(f, g, np.stack(h), seed).swapaxes(0, 1)[:, :, 0]
+        hits += (low < exact) & (exact < high)
+    assert (hits / trials > 0.87).all()  # 0.95; 0.87 is three standard deviations of 60 trials below
+
+
+def test_an_objective_that_does_not_vary_has_no_intervals() -> None:
+    constant = np.ones((1, 16))
+    assert np.isnan(index_intervals(constant, constant, np.ones((2, 1, 16)), 1)).all()
 
 
 ONE = "[{minimise: weighted_acceleration, over: mean}]"

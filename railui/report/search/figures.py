@@ -218,6 +218,13 @@ def sensitivity_bars(report: Report, j: int) -> Picture | None:
     return draw_picture(f"hanging{j}", alt, (PAGE_WIDTH / 2, 0.95 + 0.2 * len(largest)), draw)
 
 
+def _draw_interval(ax: Axes, y: float, ends: Sequence[float | None]) -> None:
+    """Draw an interval as a horizontal line with ends; nothing where it is unknown."""
+    low, high = ends
+    if low is not None and high is not None:
+        ax.plot((low, high), (y, y), color="black", linewidth=0.9, marker="|", markersize=4.0)
+
+
 def sobol_bars(study: Study, report: Report, j: int) -> Picture | None:
     """Draw the Sobol indices of an objective over the variables."""
     sobol = report["sensitivities"]["sobol"]
@@ -230,12 +237,14 @@ def sobol_bars(study: Study, report: Report, j: int) -> Picture | None:
             first, total = (0.0 if row[key][j] is None else row[key][j] for key in ("first", "total"))
             ax.barh(-i + 0.18, first, height=0.34, color=BLUE, label="first order" if i == 0 else None)
             ax.barh(-i - 0.18, total, height=0.34, color=PALE_BLUE, label="total" if i == 0 else None)
+            for y, key in ((-i + 0.18, "first_interval"), (-i - 0.18, "total_interval")):
+                _draw_interval(ax, y, row[key][j])
         for i, v in enumerate(study.variables):
             ax.annotate(_variable_text(v).replace("\n", " "), (0.005, -i + 0.39), fontsize=7.5, va="bottom")
         ax.set_yticks([])
         ax.set_ylim(0.75 - len(rows), 0.75)
         ax.grid(axis="y", visible=False)
-        ax.set_xlim(0, 1)
+        ax.set_xlim(min(0.0, ax.get_xlim()[0]), max(1.0, ax.get_xlim()[1]))
         ax.set_xlabel(f"share of the variance of {objective_text(report['aims'][j])}")
         ax.legend(frameon=False, fontsize=7.5, loc="lower right")
 
