@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Final
 
+from railui.arrays import FloatArray
 from railui.memo import IdentityCache
 from railui.optimisation.scenarios import apply_scenario
 from railui.optimisation.study import Study
@@ -14,6 +15,7 @@ from railui.ride_quality.comfort import MIN_BLOCKS
 from railui.ride_quality.statistics import BLOCK_DURATION
 from railui.track import parse_spec
 from railui.track.excitation import LINE_FILES, Excitation, TrackSource, is_track_file, resolve_track
+from railui.vehicle.model import Model
 from railui.vehicle.resolve import require_rating, resolve_model
 from railui.vehicle.sampling import ParameterisedModel, draw_deviations
 
@@ -146,6 +148,12 @@ def _vehicles(study: Study, stream: Sequence[int]) -> dict[tuple[int, int], Para
 def has_seeds(cases: Sequence[Case]) -> bool:
     """Return True if a track has a seed or parameters are drawn: objectives vary from seed to seed."""
     return any(case.excitation.source.seed is not None or case.vehicle.deviations for case in cases)
+
+
+def vehicles_of(cases: Sequence[Case], x: FloatArray) -> list[tuple[Model, FloatArray]]:
+    """Return the models of a design x [variable] in all scenarios and parameter samples, each with its row [1, row]."""
+    vehicles = {(case.scenario, case.sample): case.vehicle for case in cases}
+    return [(vehicle.model, vehicle.rows(x[None])) for vehicle in vehicles.values()]
 
 
 def case_too_short_for_n_mv(cases: Sequence[Case]) -> Case | None:

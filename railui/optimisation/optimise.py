@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.optimisation.cases import Case, cases_of, has_seeds
+from railui.optimisation.cases import Case, cases_of, has_seeds, vehicles_of
 from railui.optimisation.design_space import DesignSpace, values_by_path
 from railui.optimisation.evaluation import Evaluator, evaluate_in_process
 from railui.optimisation.fresh import FRESH_SEED_SETS, evaluate_fresh, fresh_warnings
@@ -30,6 +30,7 @@ from railui.optimisation.sensitivity import one_at_a_time, sobol
 from railui.optimisation.sobol_intervals import width_warnings
 from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
+from railui.optimisation.validity import flange_warnings, linear_notes
 from railui.progress import SILENT, Progress
 from railui.ride_quality.comfort import fixed_transfer_note
 from railui.ride_quality.evaluation import ride_result
@@ -124,6 +125,7 @@ def optimise(
         "one_at_a_time": one_at_a_time(study, cases, selected, evaluate),
         "sobol": sobol(study, cases, evaluate, samples) if samples else None,
     }
+    compared = {"baseline": baseline} | ({} if best is None else {"knee": selected})
     riding = ride_quality(cases, baseline if best is None else np.stack([baseline, selected]), jobs)
     return {
         "study": study.name,
@@ -149,6 +151,7 @@ def optimise(
             *fresh_warnings(study, points[1:], _selected_names(study, front, best)),
             *result_warnings(study, DesignSpace(study.variables).to_unit(front.x), best),
             *width_warnings(sensitivities["sobol"]),
+            *flange_warnings(study, {name: vehicles_of(cases, values) for name, values in compared.items()}),
         ],
         "seconds": time.perf_counter() - start,
     }
@@ -163,7 +166,7 @@ def checked_cases(study: Study) -> list[Case]:
 
 
 def _notes(study: Study, cases: Sequence[Case]) -> list[str]:
-    notes = [] if (note := fixed_transfer_note(study.design)) is None else [note]
+    notes = [*([] if (note := fixed_transfer_note(study.design)) is None else [note]), *linear_notes(study)]
     return notes if has_seeds(cases) else [*notes, NO_SEEDS_NOTE]
 
 

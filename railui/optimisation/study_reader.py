@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,9 +17,11 @@ from railui.optimisation.scenarios import default_scenarios, read_scenarios
 from railui.optimisation.study import Cases, Constraint, Method, Objective, Study, Variable
 from railui.optimisation.study_conflicts import check_constraints_agree, check_objectives_differ, check_seeds
 from railui.optimisation.study_schema import CasesModel, StudyModel
+from railui.optimisation.validity import flange_warnings
 from railui.ride_quality.comfort import fixed_transfer
 from railui.vehicle.design import Design
 from railui.vehicle.effects import Catalogue
+from railui.vehicle.model import Model
 from railui.vehicle.reference import load_named_design
 from railui.vehicle.superseded import warn_of_superseded
 
@@ -73,7 +76,7 @@ def load_study(
         design, variables, [*(each.key for each in objectives), *(each.key for each in constraints)], findings
     )
     warn_of_superseded(design, [variable.path for variable in variables], findings, "variables.")
-    return Study(
+    study = Study(
         name=model.name or source.stem,
         design=design,
         variables=variables,
@@ -83,8 +86,11 @@ def load_study(
         method=Method(method, model.method.population, model.method.generations, model.method.seed),
         source=source,
         sha256=sha256_file(source),
-        warnings=(*findings.warnings(), *design.warnings),
     )
+    vehicle = Model(design)
+    for text in flange_warnings(study, {"": [(vehicle, vehicle.row[None])]}):
+        findings.warn("vehicle", text, "add flange_contact to its effects")
+    return replace(study, warnings=(*findings.warnings(), *design.warnings))
 
 
 def _read_scenarios(

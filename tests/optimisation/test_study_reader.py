@@ -56,11 +56,12 @@ def test_a_lateral_secondary_parameter_is_warned_of_where_comfort_does_not_follo
 ) -> None:
     damping = ("vehicle.secondary.yaw_damping: [5e3, 200 kN*m*s/rad]", "vehicle.secondary.lateral_damping: [1e4, 1e5]")
     guidance = [("{minimise: weighted_acceleration, over: mean}, ", ""), ('"comfort_hours >= 90 min", ', "")]
-    (warning,) = study(damping).warnings
+    straight = (', "wear_number <= 0.2 kN"', "")  # without a flange a curve is warned of
+    (warning,) = study(damping, straight).warnings
     assert warning.key == "variables.vehicle.secondary.lateral_damping" and warning.line == 2
     assert "fixed transfer" in warning.message and "coach_mode" in warning.remedy
-    assert len(study(damping, guidance[0]).warnings) == 1  # the constraint on comfort
-    assert not study(damping, *guidance).warnings and not study().warnings
+    assert len(study(damping, straight, guidance[0]).warnings) == 1  # the constraint on comfort
+    assert not study(damping, *guidance, straight).warnings and not study(straight).warnings
 
 
 def test_a_variable_that_a_coach_mode_replaces_is_warned_of(study: Callable[..., Study], tmp_path: Path) -> None:
