@@ -42,6 +42,7 @@ READER_KEYS = {
     "date",
     "data",
     "sentence",
+    "cautions",
     "simulations",
     "notes",
     "gate",

@@ -32,7 +32,7 @@ from railui.report.loop.identifiability import identifiability
 from railui.report.loop.model_comparison import rank_candidates, significant_below_threshold
 from railui.report.loop.next_run import next_run_rows, rivals_of
 from railui.report.loop.noise import noise_rows
-from railui.report.loop.notes import report_notes, searched_pairs, windowed_runs
+from railui.report.loop.notes import report_notes, searched_pairs, verdict_notes, windowed_runs
 from railui.report.loop.phases import phase_rows
 from railui.report.loop.profiles import profile_parameters
 from railui.report.loop.ride_quality import mean_errors, ride_quality
@@ -79,6 +79,7 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         "test": _independent_test(result.test),
         "leave_one_run_out": [dataclasses.asdict(run) for run in result.left_out],
         "sentence": sentence(result),
+        "cautions": verdict_notes(result),
         "effects": _effects(result),
         "nominal_effects": _effects(result, of_nominal=True),
         "outside": discrepancy_record(result),

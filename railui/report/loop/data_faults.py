@@ -176,6 +176,7 @@ def data_fault_report(checked: CheckedData, seed: int = 0) -> dict[str, Any]:
         "leave_one_run_out": [],
         "verdict": DATA,
         "sentence": data_fault_sentence(checked.remaining),
+        "cautions": [],
         "effects": [],
         "nominal_effects": [],
         "outside": None,

@@ -42,10 +42,17 @@ def report_notes(result: LoopResult) -> list[str]:
         *notes,
         *noise_notes(result.context.noise),
         *filter_notes(result.dataset),
+        *notes_on_errors(result),
+        *verdict_notes(result),
+    ]
+
+
+def verdict_notes(result: LoopResult) -> list[str]:
+    """Return the notes that qualify the verdict: other causes of what it names, and motions that it does not cover."""
+    return [
         *unstated_input_noise_notes(result),
         *late_input_notes(result),
         *late_force_notes(result),
-        *notes_on_errors(result),
         *unreached_motion_notes(result),
         *gradual_slip_notes(result),
     ]

@@ -1,4 +1,4 @@
-"""Lines below the verdict: share explained, independent test, errors with each run left out."""
+"""Lines below the verdict: what qualifies it, share explained, independent test, errors with each run left out."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ Report = Mapping[str, Any]
 def summary_lines(report: Report) -> list[str]:
     """Return the lines of a loop report that belong to its verdict."""
     return [
+        *caution_lines(report),
         *group_lines(report),
         *_explained_line(report),
         test_line(report),
@@ -23,6 +24,11 @@ def summary_lines(report: Report) -> list[str]:
         *change_lines(report),
         *next_run_lines(report),
     ]
+
+
+def caution_lines(report: Report) -> list[str]:
+    """Return the notes that qualify the verdict as sentences; reports of earlier versions have none."""
+    return [f"{text[0].upper()}{text[1:]}." for text in report.get("cautions", ())]
 
 
 def _explained_line(report: Report) -> list[str]:

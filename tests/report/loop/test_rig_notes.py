@@ -14,8 +14,10 @@ from railui.campaign.dataset import read_dataset
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
+from railui.report.loop.data import loop_report
 from railui.report.loop.motion_notes import gradual_slip_notes, unreached_motion_notes
 from railui.report.loop.rig_notes import late_force_notes, late_input_notes, unstated_input_noise_notes
+from railui.report.loop.summary import summary_lines
 from railui.vehicle.effects import PlacedEffect
 
 
@@ -95,6 +97,9 @@ def test_friction_that_slips_near_the_speed_of_the_motion_may_be_a_damper_with_a
     assert effect.kind == "dry_friction" and effect.parameters["slip_speed"] == pytest.approx(slip_speed, rel=0.05)
     notes = gradual_slip_notes(found)
     assert len(notes) == is_noted and all("blow-off valve" in n and "in the rig: the slip speed of" in n for n in notes)
+    report = loop_report(found)
+    assert report["cautions"] == notes and set(notes) <= set(report["notes"])
+    assert [line for line in summary_lines(report) if "blow-off valve" in line] == [f"D{n[1:]}." for n in notes]
 
 
 @pytest.mark.parametrize(
