@@ -28,7 +28,12 @@ from railui.identification.estimation.noise_floor import NoiseFloor, estimate_no
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.parameter_samples import with_parameter_samples
 from railui.identification.estimation.problem import prepare_segments
-from railui.identification.estimation.residual_evidence import NOT_EXAMINED, ResidualEvidence, examine_residual
+from railui.identification.estimation.residual_evidence import (
+    NOT_EXAMINED,
+    ResidualEvidence,
+    examine_residual,
+    examine_residual_of_each,
+)
 from railui.identification.estimation.track_noise import with_level_of_residual, with_track_noise
 from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
 from railui.identification.estimation.validation import Validation, validate
@@ -41,7 +46,12 @@ from railui.identification.structure.gain_forecast import PredictedGains, predic
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stage import SelectionStep
 from railui.identification.structure.stepwise import Selection, StepwiseSelection
-from railui.identification.unmodelled.condition_dependence import dependence_on_conditions
+from railui.identification.unmodelled.condition_dependence import (
+    ConditionDependence,
+    conditions_explain,
+    dependence_on_conditions,
+    selection_by_condition,
+)
 from railui.identification.unmodelled.discrepancy import find_discrepancy, is_small_effect, may_be_track_noise
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
@@ -98,9 +108,7 @@ def close_loop(
         progress.event(ModelValidated("before", base.validation))
         selection = StepwiseSelection(context).select_effects(base.fit, base.validation)
     result = _conclude(context, base, selection)
-    limited = replace(result.context, deadline=context.deadline)
-    conditions = None if result.is_out_of_time else dependence_on_conditions(limited, selection.fit)
-    return replace(result, findings=findings, seconds=time.perf_counter() - started, conditions=conditions)
+    return replace(result, findings=findings, seconds=time.perf_counter() - started)
 
 
 class _Base(NamedTuple):
@@ -178,8 +186,15 @@ class _Examination(NamedTuple):
 
 def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult:
     """Examine what the selected effects leave, validate on the whole runs, test, and give the verdict."""
+    conditions = None if context.is_out_of_time else dependence_on_conditions(context, selection.fit)
+    deciding = conditions if conditions_explain(context, conditions) else None
+    if deciding is not None:
+        selection = selection_by_condition(context, base.fit, selection, deciding)
     validation_fit = prepare_validation(context, selection.fit)
-    examination = _examine(context, base, selection, validation_fit)
+    if deciding is not None:
+        examination = _examine_by_condition(context, selection, deciding)
+    else:
+        examination = _examine(context, base, selection, validation_fit)
     context, discrepancy, is_cut = examination.context, examination.discrepancy, examination.is_out_of_time
     scores = selection.final_score_test
     final, (predicted_gains, left_out) = run_both(
@@ -188,11 +203,16 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         context.jobs,
     )
     fit, base_fit, validations, floor = final
-    explained = explained_share(validations["before"], validations["after"], floor)
-    remainder = describe_remainder(context, validations, floor, examination.evidence, scores, discrepancy)
+    compared, decisive_scores = (validations, floor), scores
+    if deciding is not None:  # the score test is of the residual with common parameters
+        compared = {"before": base.validation, "after": deciding.separate}, examination.floor
+        decisive_scores = NO_SCORE_TEST
+    errors, noise = compared
+    explained = explained_share(errors["before"], errors["after"], noise)
+    remainder = describe_remainder(context, errors, noise, examination.evidence, decisive_scores, discrepancy)
     verdict = decide_verdict(
         context.settings.verdict,
-        has_effects=selection.has_effects,
+        has_effects=selection.has_effects if deciding is None else selection.fit is not base.fit,
         explained=explained,
         remainder=remainder,
         is_adequate=examination.is_adequate,
@@ -200,12 +220,10 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         has_discrepancy=discrepancy is not None,
         has_freed_members=freed_members_lower_error(context, selection.freed, selection.validation),
         is_out_of_time=is_cut,
-        diverges=bool(validations["after"].diverged),
-        exceeds_noise=not validations["after"].nrmse <= context.settings.verdict.max_noise_ratio * floor.nrmse,
+        diverges=bool(errors["after"].diverged),
+        exceeds_noise=not errors["after"].nrmse <= context.settings.verdict.max_noise_ratio * noise.nrmse,
     )
-    context.progress.message(
-        f"verdict {verdict}: NRMSE {validations['after'].nrmse:.4f}, noise floor {floor.nrmse:.4f}"
-    )
+    context.progress.message(f"verdict {verdict}: NRMSE {errors['after'].nrmse:.4f}, noise floor {noise.nrmse:.4f}")
     test = run_independent_test(context, base_fit, fit, discrepancy)
     return LoopResult(
         context,
@@ -227,6 +245,8 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         left_out=tuple(left_out),
         predicted_gains=predicted_gains,
         freed=selection.freed,
+        conditions=conditions,
+        is_by_condition=deciding is not None,
     )
 
 
@@ -304,6 +324,22 @@ def _examine(context: Context, base: _Base, selection: Selection, validation_fit
     is_adequate, has_track_noise = ratio <= settings.adequate_ratio, with_noise is not None
     context = context.without_deadline()
     return _Examination(context, floor, evidence, discrepancy, is_adequate, is_noise, has_track_noise, is_out_of_time)
+
+
+def _examine_by_condition(context: Context, selection: Selection, dependence: ConditionDependence) -> _Examination:
+    """Compare the error of parameters apart for every condition with noise; no discrepancy is looked for."""
+    settings = context.settings.selection
+    floor, evidence = run_both(
+        lambda: estimate_noise_floor(context, selection.fit.model, context.dataset.selection),
+        lambda: examine_residual_of_each(context, dependence.models),
+        context.jobs,
+    )
+    context.progress.event(floor)
+    ratio = dependence.separate_nrmse / floor.nrmse
+    is_noise = ratio <= settings.unexplained_ratio or evidence.is_noise
+    is_adequate, is_out_of_time = ratio <= settings.adequate_ratio, context.is_out_of_time
+    context = context.without_deadline()
+    return _Examination(context, floor, evidence, None, is_adequate, is_noise, False, is_out_of_time)
 
 
 def _final_fit(

@@ -63,6 +63,10 @@ class LoopResult(WithContext):
         Error of each run with the parameters estimated on all others, from three runs.
     predicted_gains
         On the validation runs, of the candidates of the last score test.
+    conditions
+        Parameters under the stated conditions of the runs; None where there are none.
+    is_by_condition
+        Whether the verdict is that on the model whose parameters differ between the conditions.
     freed
         Test of differences between the joints or wheelsets that share an estimated number, and the model without those.
     """
@@ -87,6 +91,7 @@ class LoopResult(WithContext):
     left_out: tuple[LeftOutRun, ...] = ()
     predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
     conditions: ConditionDependence | None = None
+    is_by_condition: bool = False
     freed: FreedGroups = field(default_factory=FreedGroups, repr=False)
 
     @property
@@ -102,8 +107,11 @@ class LoopResult(WithContext):
 
     @property
     def error_to_noise(self) -> float:
-        """Validation error over noise floor."""
-        return self.validations["after"].nrmse / self.noise_floor.nrmse
+        """Validation error over noise floor; that of parameters apart for every condition where these decide."""
+        error = self.validations["after"].nrmse
+        if self.is_by_condition and self.conditions is not None:
+            error = self.conditions.separate_nrmse
+        return error / self.noise_floor.nrmse
 
     def validate(self, segments: Sequence[Segment]) -> Validation:
         """Validate the final model on segments."""

@@ -191,7 +191,8 @@ def test_the_report_of_a_component_is_written_and_is_json(friction: LoopResult, 
 @pytest.mark.parametrize("samples", [1600, pytest.param(6600, id="6600, of which a part is held back")])
 def test_a_friction_that_depends_on_the_current_is_reported_for_every_current(tmp_path: Path, samples: int) -> None:
     folder = campaign(tmp_path / "currents", {"0 A": 40.0, "1 A": 160.0}, samples)
-    found = close_loop(read_dataset(load_campaign(folder))).conditions
+    loop = close_loop(read_dataset(load_campaign(folder)))
+    found = loop.conditions
     assert found is not None and found.name == "current" and found.conditions == ("0 A", "1 A")
     row = found.parameters[0]
     assert row.depends and found.model.value(row.path) > 0 and row.path.endswith(".force")
@@ -199,6 +200,29 @@ def test_a_friction_that_depends_on_the_current_is_reported_for_every_current(tm
     others = {r.path: r for r in found.parameters[1:]}
     assert not others["vehicle.rig.damping"].depends
     assert found.separate_nrmse < 0.05 < found.common_nrmse
+    assert loop.verdict == "effect" and loop.is_by_condition and loop.discrepancy is None
+    assert loop.explained is not None and loop.explained.value > 0.99
+    report = loop_report(loop)
+    assert re.search(r"dry friction in the rig, force \S+ \+/- \S+ N at 0 A, \S+ \+/- \S+ N at 1 A", report["sentence"])
+    assert report["conditions"]["decides"] and [e["kind"] for e in report["effects"]] == ["dry_friction"]
+
+
+@pytest.mark.parametrize(("cold", "hot", "decides"), [(3000.0, 1200.0, True), (2000.0, 2000.0, False)])
+def test_a_damping_that_depends_on_the_temperature_is_no_effect(
+    tmp_path: Path, cold: float, hot: float, decides: bool
+) -> None:
+    folder = campaign(tmp_path / "temperatures", {"-20 degC": 0.0, "50 degC": 0.0})
+    t = np.arange(1600) * 0.005
+    for label, damping in (("-20degC", cold), ("50degC", hot)):
+        for k in range(3):
+            z, v = sine(k, t)
+            write_run(folder, f"run_{label}_{k}.csv", k, t, 2000.0 * z + damping * v)
+    loop = close_loop(read_dataset(load_campaign(folder)))
+    assert loop.verdict == "none" and loop.discrepancy is None and loop.is_by_condition == decides
+    assert not loop.after.model.effects and loop.error_to_noise < 1.5
+    text = loop_report(loop)["sentence"]
+    assert text.startswith("No unmodelled effect detected")
+    assert ("current changes vehicle.rig.damping" in text) == decides and "outside" not in text
 
 
 def test_a_condition_that_only_some_runs_state_is_an_error(tmp_path: Path) -> None:

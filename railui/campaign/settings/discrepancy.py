@@ -68,6 +68,13 @@ class DiscrepancySettings:
         meaning="Family-wise level below which a parameter depends on the stated condition of the runs.",
         provenance="conventional: one false dependence in a hundred campaigns",
     )
+    min_condition_share: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Share of the squared error beyond noise that parameters estimated apart for every stated condition"
+        " must remove for the verdict to be that on the model with these.",
+        provenance="conventional: more than the conditions leave; 0.99 where one parameter depends on them",
+    )
     fitted_curves: int = setting(
         2, minimum=1, meaning="Force curves, those that explain most, that are fitted together with all parameters."
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from railui.campaign.comparison import compared_channels
+from railui.campaign.segment import Segment
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.free_decay import share_at_harmonics
@@ -56,7 +57,17 @@ NOT_EXAMINED = ResidualEvidence(float("nan"), None, False, False, False)
 def examine_residual(context: Context, model: Model) -> ResidualEvidence:
     """Compute the coherence of the residual of a model, on the runs that select effects."""
     settings, segments = context.settings.verdict, context.dataset.selection
-    predictions = predict_each(context, [(model, s) for s in segments])
+    evidence = examine_residual_of_each(context, [(model, s) for s in segments])
+    if not all(s.kind == "bench" for s in context.dataset.segments):
+        return evidence
+    surface = surface_shares(model, context.dataset.estimation, segments)
+    return replace(evidence, surface=surface, is_noise=evidence.is_noise and not depends_on_both(settings, surface))
+
+
+def examine_residual_of_each(context: Context, models: Sequence[tuple[Model, Segment]]) -> ResidualEvidence:
+    """Compute the coherence of the residual of models, each on its segment; its surface is not computed."""
+    settings, segments = context.settings.verdict, [s for _, s in models]
+    predictions = predict_each(context, models)
     coherence = residual_coherence(context, predictions)
     has_reference = any(
         len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments
@@ -65,12 +76,8 @@ def examine_residual(context: Context, model: Model) -> ResidualEvidence:
         lines = share_at_harmonics(predictions, settings.coherence_standard_errors)
         has_reference = bool(np.isfinite(lines.share)) and not _is_evident(settings, lines)
     if all(s.kind == "rig" for s in segments):
-        has_reference = has_reference and not _vibrates(context, model, predictions)
-    evidence = summarise_coherence(settings, coherence, has_reference=has_reference)
-    if not all(s.kind == "bench" for s in context.dataset.segments):
-        return evidence
-    surface = surface_shares(model, context.dataset.estimation, segments)
-    return replace(evidence, surface=surface, is_noise=evidence.is_noise and not depends_on_both(settings, surface))
+        has_reference = has_reference and not _vibrates(context, models, predictions)
+    return summarise_coherence(settings, coherence, has_reference=has_reference)
 
 
 def summarise_coherence(
@@ -89,14 +96,15 @@ def summarise_coherence(
     return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_reference and not evident)
 
 
-def _vibrates(context: Context, model: Model, predictions: Sequence[Prediction]) -> bool:
+def _vibrates(context: Context, models: Sequence[tuple[Model, Segment]], predictions: Sequence[Prediction]) -> bool:
     """True where a residual has a vibration that noise of the measured input does not explain."""
     settings = context.settings.verdict
     if not is_vibration(settings, vibration_share(settings, predictions)):
         return False
-    segments = [p.segment for p in predictions if p.diverged_at is None]
-    spectra = map_threads(lambda s: input_noise_spectra(context, model, s), segments, context.jobs)
-    return is_vibration(settings, vibration_share(settings, predictions, dict(zip(segments, spectra, strict=True))))
+    followed = [pair for pair, p in zip(models, predictions, strict=True) if p.diverged_at is None]
+    spectra = map_threads(lambda pair: input_noise_spectra(context, *pair), followed, context.jobs)
+    by_segment = {s: each for (_, s), each in zip(followed, spectra, strict=True)}
+    return is_vibration(settings, vibration_share(settings, predictions, by_segment))
 
 
 def is_vibration(settings: VerdictSettings, share: Share) -> bool:

@@ -7,22 +7,32 @@ condition where its estimates differ by more than their standard deviations allo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import special
 
 from railui.arrays import FloatArray
+from railui.campaign.segment import Segment
 from railui.identification.context import Context, OutOfTimeError
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.covariance import interval_factor
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, prepare_segments
-from railui.identification.estimation.validation import validate, validate_each
+from railui.identification.estimation.validation import (
+    Validation,
+    is_significant_gain,
+    validate,
+    validate_each,
+)
 from railui.identification.prediction import SimulationError
-from railui.identification.structure.stepwise import StepwiseSelection
+from railui.identification.structure.candidate_scores import run_score_test
+from railui.identification.structure.freed_groups import FreedGroups
+from railui.identification.structure.stage import SelectionStep
+from railui.identification.structure.stepwise import Selection, StepwiseSelection
 from railui.vehicle.model import Model
 
 
@@ -60,20 +70,38 @@ class ConditionDependence:
         Name of the condition; several are joined by commas.
     conditions : tuple of str
         Their values in the order of the campaign.
-    model : Model
+    fit : Fit
         The model of all runs together.
     parameters : tuple of ConditionParameter
         Those that depend on the condition first, the largest reduction of the error first.
-    common_nrmse, separate_nrmse : float
-        Error on the validation runs with common and with separate parameters.
+    common, separate : Validation
+        On the validation runs, with common and with separate parameters.
+    models : tuple of (Model, Segment)
+        Each of these validation runs with the model of its condition.
     """
 
     name: str
     conditions: tuple[str, ...]
-    model: Model
+    fit: Fit
     parameters: tuple[ConditionParameter, ...]
-    common_nrmse: float
-    separate_nrmse: float
+    common: Validation
+    separate: Validation
+    models: tuple[tuple[Model, Segment], ...]
+
+    @property
+    def model(self) -> Model:
+        """The model of all runs together."""
+        return self.fit.model
+
+    @property
+    def common_nrmse(self) -> float:
+        """Error on the validation runs with common parameters."""
+        return self.common.nrmse
+
+    @property
+    def separate_nrmse(self) -> float:
+        """Error on the validation runs with separate parameters."""
+        return self.separate.nrmse
 
 
 def estimate_condition_dependence(context: Context, fit: Fit) -> ConditionDependence | None:
@@ -97,12 +125,19 @@ def estimate_condition_dependence(context: Context, fit: Fit) -> ConditionDepend
         return dependence
     try:
         selected = comparison.select_effects(fit.model)
-        if selected.effects == fit.model.effects:
+        if _placed(selected) == _placed(fit.model):
             return dependence
         again = comparison.compare(selected)
     except OutOfTimeError:
         return dependence
-    return min(again, dependence, key=lambda d: d.separate_nrmse)
+    return _with_needed_effects(context, dependence, again)
+
+
+def _with_needed_effects(context: Context, one: ConditionDependence, other: ConditionDependence) -> ConditionDependence:
+    """Return that with fewer effects, unless those of the other lower the error with separate parameters enough."""
+    fewer, more = sorted((one, other), key=lambda d: (len(d.model.effects), d.separate_nrmse))
+    limit = (1.0 - context.campaign.min_relative_gain) * fewer.separate_nrmse
+    return more if more.separate_nrmse < limit else fewer
 
 
 def dependence_on_conditions(context: Context, fit: Fit) -> ConditionDependence | None:
@@ -140,7 +175,8 @@ class _Comparison:
         context = self.context
         paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
         segments = prepare_segments(context, model, context.dataset.estimation)
-        common = fit_output_error(context, model, paths, segments=segments).model
+        fit = fit_output_error(context, model, paths, segments=segments)
+        common = fit.model
         separate = self._fits(common, paths, segments)
         level = context.settings.discrepancy.condition_level / len(paths)
         rows = []
@@ -151,12 +187,13 @@ class _Comparison:
             ]
             values, sd, freedom = (tuple(map(float, column)) for column in zip(*estimates, strict=True))
             p = homogeneity(np.array(values), np.array(sd) / interval_factor(np.array(freedom)), np.array(freedom))
-            alone = self._error(self._fits(common, [path], segments))
+            alone = self._validate(self._fits(common, [path], segments)).nrmse
             rows.append(ConditionParameter(path, values, sd, p, p < level, alone))
         rows.sort(key=lambda row: (not row.depends, row.alone_nrmse))
         name = ", ".join(context.campaign.runs[0].conditions)
-        error = validate(context, common, self.validation).nrmse
-        return ConditionDependence(name, tuple(self.conditions), common, tuple(rows), error, self._error(separate))
+        together, apart = validate(context, common, self.validation), self._validate(separate)
+        models = tuple(self._models(separate))
+        return ConditionDependence(name, tuple(self.conditions), fit, tuple(rows), together, apart, models)
 
     def _fits(self, model: Model, paths: Sequence[str], segments: Sequence[FitSegment]) -> dict[str, Fit]:
         """Fit paths of a model to the estimation runs of each condition."""
@@ -165,10 +202,13 @@ class _Comparison:
         self.context.check_time()  # a fit that the time ended is no estimate
         return fits
 
-    def _error(self, fits: Mapping[str, Fit]) -> float:
-        """Error on the validation runs, each with the model of its condition."""
-        models = [(fits[self.labels[s.run_index]].model, s) for s in self.validation]
-        return validate_each(self.context, models).nrmse
+    def _models(self, fits: Mapping[str, Fit]) -> list[tuple[Model, Segment]]:
+        """Each validation run with the model of its condition."""
+        return [(fits[self.labels[s.run_index]].model, s) for s in self.validation]
+
+    def _validate(self, fits: Mapping[str, Fit]) -> Validation:
+        """Validate the models of the conditions, each on its runs."""
+        return validate_each(self.context, self._models(fits))
 
     def select_effects(self, model: Model) -> Model:
         """Select effects on the runs of the condition with the largest relative residual, stepwise."""
@@ -185,6 +225,50 @@ class _Comparison:
         before = calibrate(context)
         validation = validate(context, before.model, context.dataset.selection)
         return StepwiseSelection(context).select_effects(before, validation).fit.model
+
+
+def conditions_explain(context: Context, dependence: ConditionDependence | None) -> bool:
+    """True where parameters apart for every condition remove the larger part of the error beyond noise.
+
+    Every validation run must have a condition of an estimation run, and a parameter must depend on the condition.
+    """
+    if dependence is None or not any(row.depends for row in dependence.parameters):
+        return False
+    if len(dependence.models) < len(context.dataset.selection):
+        return False
+    common, separate = dependence.common, dependence.separate
+    if not is_significant_gain(context, common, separate):
+        return False
+    draws = context.settings.validation.preliminary_floor_draws
+    floor = estimate_noise_floor(context, dependence.model, context.dataset.selection, draws).nrmse
+    level = floor if np.isfinite(floor) else 0.0
+    removed, beyond = common.nrmse**2 - separate.nrmse**2, common.nrmse**2 - level**2
+    return removed >= context.settings.discrepancy.min_condition_share * beyond
+
+
+def selection_by_condition(
+    context: Context, base: Fit, selection: Selection, dependence: ConditionDependence
+) -> Selection:
+    """Return the selection with the effects of the model whose parameters depend on the condition.
+
+    base: the model without effects. A step whose effect that model does not have has added none.
+    """
+    effects = _placed(dependence.model)
+    if effects == _placed(selection.fit.model):
+        return replace(selection, freed=FreedGroups())
+    fit = base if effects == _placed(base.model) else dependence.fit
+    steps = tuple(s if _has_added_one_of(s, effects) else replace(s, added=None) for s in selection.steps)
+    return Selection(fit, dependence.common, steps, run_score_test(context, fit), FreedGroups())
+
+
+def _placed(model: Model) -> list[tuple[str, str, int | None]]:
+    """Kind and location of every effect of a model."""
+    return [(e.kind, e.at, e.wheelset) for e in model.effects]
+
+
+def _has_added_one_of(step: SelectionStep, effects: Collection[tuple[str, str, int | None]]) -> bool:
+    candidate = step.added.candidate if step.added else None
+    return candidate is not None and (candidate.kind, candidate.at, candidate.wheelset) in effects
 
 
 def homogeneity(values: FloatArray, sd: FloatArray, freedom: FloatArray) -> float:

@@ -25,6 +25,7 @@ def condition_rows(result: LoopResult) -> dict[str, Any] | None:
         "values": list(dependence.conditions),
         "common_nrmse": dependence.common_nrmse,
         "separate_nrmse": dependence.separate_nrmse,
+        "decides": result.is_by_condition,
         "parameters": [
             {
                 "path": row.path,
@@ -48,19 +49,31 @@ def condition_notes(result: LoopResult) -> list[str]:
     depending = [row for row in dependence.parameters if row.depends]
     if not depending:
         return [f"no parameter depends on {dependence.name}"]
-    named = "; ".join(_values(result, dependence, row) for row in depending[:MAX_NAMED])
+    named = "; ".join(
+        f"{parameter_name(dependence.model, row.path)} {_values(result, dependence, row)}"
+        for row in depending[:MAX_NAMED]
+    )
     errors = (
         f"NRMSE {dependence.common_nrmse:.3f} with common, {dependence.separate_nrmse:.3f} with separate parameters"
     )
     return [f"depends on {dependence.name}: {named}. {errors}"]
 
 
+def depending_parameters(result: LoopResult) -> dict[str, str]:
+    """Return the values of every parameter that depends on the condition, by its path, where the verdict rests on it.
+
+    Empty where the verdict is that on common parameters.
+    """
+    dependence = result.conditions
+    if dependence is None or not result.is_by_condition:
+        return {}
+    return {row.path: _values(result, dependence, row) for row in dependence.parameters if row.depends}
+
+
 def _values(result: LoopResult, dependence: ConditionDependence, row: ConditionParameter) -> str:
     unit = condition_unit(result, dependence.model, row.path)
     pairs = zip(dependence.conditions, row.values, row.sd, strict=True)
-    return f"{parameter_name(dependence.model, row.path)} " + ", ".join(
-        f"{quantity_with_sd(value, sd, unit)} at {condition}" for condition, value, sd in pairs
-    )
+    return ", ".join(f"{quantity_with_sd(value, sd, unit)} at {condition}" for condition, value, sd in pairs)
 
 
 def condition_unit(result: LoopResult, model: Model, path: str) -> str:

@@ -164,7 +164,7 @@ def unstructured_residual_notes(result: LoopResult) -> list[str]:
     settings = result.context.settings
     is_unstructured = result.score_test.results and not has_structure(settings.score_test, result.score_test)
     is_adequate = not result.error_to_noise > settings.selection.adequate_ratio
-    if result.discrepancy or not is_unstructured or is_adequate:
+    if result.discrepancy or result.is_by_condition or not is_unstructured or is_adequate:
         return []
     errors, floors = result.validations["after"].channels, result.noise_floor.channels
     ratios = sorted(((errors[c] / floors[c], c) for c in floors if floors[c] > 0 and c in errors), reverse=True)

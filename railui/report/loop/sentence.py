@@ -10,6 +10,7 @@ from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.number_format import format_quantity
 from railui.report.loop.catalogued_effects import catalogued_effects
+from railui.report.loop.conditions import MAX_NAMED, depending_parameters
 from railui.report.loop.noise import known_noise_text
 from railui.report.loop.wording import effect_title, joint_phrases, location_phrase, unit_location
 from railui.report.numbers import quantity_with_sd
@@ -19,6 +20,7 @@ from railui.vehicle.multibody import Structure
 FAILED_FIT = (
     "The calibration without effects failed: worse on the validation runs than the nominal one, which takes its place."
 )
+EFFECT_GROUPS = ("effects", "sensors")  # of the paths of parameters
 PARAMETER_NAMES = {"half_width": "half-width"}
 
 
@@ -34,7 +36,7 @@ def _none_text(result: LoopResult) -> str:
     found = "No unmodelled effect detected"
     if result.is_out_of_time:
         found = f"{found}, but not all effects were tested"
-    text = f"{found}. Validation error {_error(result, 'after')}; {_noise(result)}."
+    text = f"{found}{_conditions(result)}. Validation error {_final_error(result)}; {_noise(result)}."
     if _has_remainder(result):
         if result.remainder.surface is not None:
             return f"{text} {remainder_text(result)}"
@@ -51,13 +53,15 @@ def _effect_text(result: LoopResult) -> str:
     effects = effects_text(result)
     noun = "effects" if "; and " in effects else "effect"
     share = f" ({_explained_share(result)} of the error beyond noise)" if _is_explained_by_part(result) else ""
-    text = f"Most likely unmodelled {noun}: {effects}. Validation error {_errors(result)}{share}; {_noise(result)}."
+    text = f"Most likely unmodelled {noun}: {effects}{_conditions(result)}. "
+    text += f"Validation error {_errors(result)}{share}; {_noise(result)}."
     return f"{text} {remainder_text(result)}" if _has_remainder(result) else text
 
 
 def _partial_text(result: LoopResult) -> str:
     return (
-        f"Part of the discrepancy identified: {effects_text(result)}. Validation error {_errors(result)}: "
+        f"Part of the discrepancy identified: {effects_text(result)}{_conditions(result)}. "
+        f"Validation error {_errors(result)}: "
         f"{_explained_share(result)} of the error beyond noise explained; {_noise(result)}. {remainder_text(result)}"
     )
 
@@ -83,7 +87,10 @@ def _course(discrepancy: Discrepancy | None) -> str:
 
 
 def _without_discrepancy(result: LoopResult) -> str:
-    freed, error = result.freed, f"Validation error {_error(result, 'after')}"
+    freed, error = result.freed, f"Validation error {_final_error(result)}"
+    if result.is_by_condition:
+        found = f"Part of the error depends on the conditions of the runs{_conditions(result)}"
+        return f"{found}. {error}; {_noise(result)}. What is left exceeds noise; its cause is unknown."
     if freed.validation is None:
         cause = "was not looked for to the end" if result.is_out_of_time else "is unknown"
         return f"The residual exceeds noise; its cause {cause}. {error}; {_noise(result)}."
@@ -119,9 +126,10 @@ def remainder_text(result: LoopResult) -> str:
         kind, at, wheelset = remainder.candidate
         where = location_phrase(at, wheelset, _structure(result))
         return f"The remainder{ratio} resembles {effect_title(kind)} in {where}."
-    if remainder.coherent:
-        return f"The remainder{ratio} is coherent with the motion, but resembles no effect of the catalogue."
-    return f"The remainder{ratio} is coherent with no motion and resembles no effect of the catalogue."
+    coherence = "with the motion, but" if remainder.coherent else "with no motion and"
+    if result.is_by_condition:  # the score test is of the residual with common parameters
+        return f"The remainder{ratio} is coherent {coherence.partition(' motion')[0]} motion."
+    return f"The remainder{ratio} is coherent {coherence} resembles no effect of the catalogue."
 
 
 def surface_text(result: LoopResult) -> str:
@@ -172,8 +180,25 @@ def _error(result: LoopResult, model: str) -> str:
     return _short(result.validations[model].nrmse)
 
 
+def _final_error(result: LoopResult) -> str:
+    """Return the error of the final model, on which the verdict rests: with parameters by condition where these do."""
+    if result.conditions is None or not result.is_by_condition:
+        return _error(result, "after")
+    separate, common = (_short(x) for x in (result.conditions.separate_nrmse, result.conditions.common_nrmse))
+    return f"{separate} with parameters by {result.conditions.name}, {common} with common ones"
+
+
 def _errors(result: LoopResult) -> str:
-    return f"{_error(result, 'before')} -> {_error(result, 'after')}"
+    return f"{_error(result, 'before')} -> {_final_error(result)}"
+
+
+def _conditions(result: LoopResult) -> str:
+    """Return the parameters that depend on the condition, but for those of effects; empty where these do not decide."""
+    values = depending_parameters(result)
+    named = [f"{path} {text}" for path, text in values.items() if path.partition(".")[0] not in EFFECT_GROUPS]
+    if result.conditions is None or not named:
+        return ""
+    return f"; {result.conditions.name} changes {'; '.join(named[:MAX_NAMED])}"
 
 
 def _short(error: float) -> str:
@@ -184,21 +209,32 @@ def _short(error: float) -> str:
 def effects_text(result: LoopResult) -> str:
     """Return the effects that were added to the nominal model, with their parameters and standard deviations."""
     sd = dict(zip(result.after.free.paths, result.after.sd.tolist(), strict=True))
-    texts = []
+    by_condition, texts = depending_parameters(result), []
     for group, i, effect in catalogued_effects(result):
-        parameters = _parameters(effect, f"{group}.{i}", sd, unit_location(result, effect.at))
+        path, unit_at = f"{group}.{i}", unit_location(result, effect.at)
+        parameters = _parameters(effect, path, sd, unit_at, by_condition)
         texts.append(", ".join([_name(result, effect), *parameters]))
     return "; and ".join(texts)
 
 
-def _parameters(effect: PlacedEffect, path: str, sd: Mapping[str, float], at: str) -> list[str]:
-    """Return the parameters of an effect in the units of a location; the standard deviations are those of its path."""
+def _parameters(
+    effect: PlacedEffect,
+    path: str,
+    sd: Mapping[str, float],
+    at: str,
+    by_condition: Mapping[str, str],
+) -> list[str]:
+    """Return the parameters of an effect in the units of a location; the standard deviations are those of its path.
+
+    by_condition: values of those that depend on a condition, by path.
+    """
     texts = []
     for p in core.effect_record(effect.kind)["parameters"]:
         key, value = p["key"], effect.parameters.get(p["key"])
         if isinstance(value, float) and p["role"] != "run":
             name = PARAMETER_NAMES.get(key, key.replace("_", " "))
-            quantity = quantity_with_sd(value, sd.get(f"{path}.{key}"), parameter_unit(p, at))
+            common = quantity_with_sd(value, sd.get(f"{path}.{key}"), parameter_unit(p, at))
+            quantity = by_condition.get(f"{path}.{key}", common)
             texts.append(f"{name} {quantity}")
     return texts
 

@@ -36,7 +36,9 @@ def _explained_line(report: Report) -> list[str]:
     if value is None or not report["effects"]:
         return []
     error = "" if spread is None else f" +/- {100 * spread:.2g}"
-    return [f"Share of the error beyond noise that the effects explain: {100 * value:.4g}{error} %."]
+    by_condition = (report.get("conditions") or {}).get("decides", False)
+    what = "the effects explain" + (", with parameters by condition" if by_condition else "")
+    return [f"Share of the error beyond noise that {what}: {100 * value:.4g}{error} %."]
 
 
 def test_line(report: Report) -> str:

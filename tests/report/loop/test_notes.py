@@ -41,6 +41,7 @@ def result(error_to_noise: float, p: float, **more: Any) -> LoopResult:
         "discrepancy": None,
         "validations": {"after": SimpleNamespace(channels={"e1": 0.05, "ayf": 0.13})},
         "noise_floor": SimpleNamespace(channels={"e1": 0.05, "ayf": 0.10}, source="both"),
+        "is_by_condition": False,
         "after": SimpleNamespace(error_to_noise=1.19),
     }
     return cast(LoopResult, SimpleNamespace(**(fields | more)))

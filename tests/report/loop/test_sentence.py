@@ -55,6 +55,8 @@ def result(
         "after": fit(*effects),
         "nominal": fit().model,
         "discrepancy": discrepancy,
+        "conditions": None,
+        "is_by_condition": False,
     }
     return cast(LoopResult, SimpleNamespace(**fields))
 
