@@ -26,3 +26,10 @@ class NoteSettings:
         "is as likely as sliding surfaces.",
         provenance="conventional: the force is then below 0.9 of its limit in 29 % of the time of a Gaussian motion",
     )
+    min_reached_ratio: float = setting(
+        0.01,
+        maximum=1.0,
+        meaning="Time beyond a stop of a rig over that beyond the stop on its other side, from which the estimation "
+        "runs reach both.",
+        provenance="trial: up to 0.001 where the fit moves the other stop to the edge of the motion",
+    )

@@ -38,6 +38,7 @@ from railui.report.loop.profiles import profile_parameters
 from railui.report.loop.ride_quality import mean_errors, ride_quality
 from railui.report.loop.rows import finding_row, run_rows
 from railui.report.loop.sentence import sentence
+from railui.report.loop.stop_positions import position_records
 from railui.report.loop.wording import unit_location
 from railui.vehicle.effects import parameter_unit
 
@@ -148,6 +149,7 @@ def _effects(result: LoopResult, *, of_nominal: bool = False) -> list[dict[str, 
                 "wheelset": effect.wheelset,
                 "parameters": parameters,
                 "phases": phase_rows(result, i) if group == "effects" else [],
+                "positions": position_records(result, effect),
             }
         )
     return rows

@@ -12,6 +12,7 @@ from railui.io.number_format import format_quantity
 from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.conditions import MAX_NAMED, depending_parameters
 from railui.report.loop.noise import known_noise_text
+from railui.report.loop.stop_positions import position_texts
 from railui.report.loop.wording import effect_title, joint_phrases, location_phrase, unit_location
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
@@ -212,7 +213,8 @@ def effects_text(result: LoopResult) -> str:
     by_condition, texts = depending_parameters(result), []
     for group, i, effect in catalogued_effects(result):
         path, unit_at = f"{group}.{i}", unit_location(result, effect.at)
-        parameters = _parameters(effect, path, sd, unit_at, by_condition)
+        positions = position_texts(result, effect, path, sd)
+        parameters = _parameters(effect, path, sd, unit_at, by_condition, positions)
         texts.append(", ".join([_name(result, effect), *parameters]))
     return "; and ".join(texts)
 
@@ -223,10 +225,12 @@ def _parameters(
     sd: Mapping[str, float],
     at: str,
     by_condition: Mapping[str, str],
+    positions: Mapping[str, str],
 ) -> list[str]:
     """Return the parameters of an effect in the units of a location; the standard deviations are those of its path.
 
     by_condition: values of those that depend on a condition, by path.
+    positions: where a gap ends on the record, by key.
     """
     texts = []
     for p in core.effect_record(effect.kind)["parameters"]:
@@ -235,7 +239,7 @@ def _parameters(
             name = PARAMETER_NAMES.get(key, key.replace("_", " "))
             common = quantity_with_sd(value, sd.get(f"{path}.{key}"), parameter_unit(p, at))
             quantity = by_condition.get(f"{path}.{key}", common)
-            texts.append(f"{name} {quantity}")
+            texts.append(f"{name} {quantity}{positions.get(key, '')}")
     return texts
 
 
