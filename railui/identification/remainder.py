@@ -50,4 +50,5 @@ def describe_remainder(
         at=discrepancy.at if located and discrepancy else None,
         wheelset=discrepancy.wheelset if located and discrepancy else None,
         surface=evidence.surface if is_on_both and not is_explained else None,
+        vibration=None if is_explained else evidence.vibration,
     )

@@ -52,6 +52,8 @@ class Remainder:
         Location at which a force explains the residual; None: not located.
     surface
         Shares of a component's residual force over displacement and velocity, where it depends on both together.
+    vibration
+        Frequency [Hz] about which the residual of a rig has most of its power; None: about none.
     """
 
     ratio: float | None
@@ -62,6 +64,7 @@ class Remainder:
     at: str | None = None
     wheelset: int | None = None
     surface: SurfaceShares | None = None
+    vibration: float | None = None
 
 
 def explained_share(before: Validation, after: Validation, floor: NoiseFloor) -> Explained | None:

@@ -115,9 +115,11 @@ def test_a_second_mode_of_a_free_decay_is_no_noise(tmp_path: Path):
     (tmp_path / "campaign.yaml").write_text(
         "vehicle: vehicle.yaml\nruns: [{file: a.csv, role: adjust}, {file: b.csv, role: validate}]\n"
     )
-    data, _ = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
+    data, page = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
     assert data["verdict"] == "outside" and "noise is larger" not in data["sentence"]
     assert not data["effects"]
+    assert data["remainder"]["vibration"] == pytest.approx(33.0 / (2.0 * np.pi), rel=0.05)
+    assert "What is left is largest about 5." in data["sentence"] and "the natural frequency of the rig" in page
 
 
 def test_noise_of_the_input_that_a_resonance_amplifies_is_no_discrepancy(tmp_path: Path):

@@ -15,7 +15,7 @@ from railui.identification.estimation.free_decay import share_at_harmonics
 from railui.identification.estimation.input_noise import input_noise_spectra
 from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
 from railui.identification.estimation.residual_surface import SurfaceShares, surface_shares
-from railui.identification.estimation.residual_vibration import vibration_share
+from railui.identification.estimation.residual_vibration import vibration_frequency, vibration_share
 from railui.identification.estimation.validation import predict_each
 from railui.identification.prediction import Prediction
 from railui.parallel import map_threads
@@ -41,6 +41,8 @@ class ResidualEvidence:
         show otherwise, on a rig no vibration and on a bench no function of displacement and velocity together.
     surface
         Shares of the residual force of a component on a bench over displacement and velocity; None: not computed.
+    vibration
+        Frequency [Hz] about which the residual of a rig vibrates; None: about none.
     """
 
     share: float
@@ -49,6 +51,7 @@ class ResidualEvidence:
     is_shared: bool
     is_noise: bool
     surface: SurfaceShares | None = None
+    vibration: float | None = None
 
 
 NOT_EXAMINED = ResidualEvidence(float("nan"), None, False, False, False)
@@ -75,9 +78,9 @@ def examine_residual_of_each(context: Context, models: Sequence[tuple[Model, Seg
     if not has_reference:  # a single channel of a rig that swings freely
         lines = share_at_harmonics(predictions, settings.coherence_standard_errors)
         has_reference = bool(np.isfinite(lines.share)) and not _is_evident(settings, lines)
-    if all(s.kind == "rig" for s in segments):
-        has_reference = has_reference and not _vibrates(context, models, predictions)
-    return summarise_coherence(settings, coherence, has_reference=has_reference)
+    vibration = _vibration(context, models, predictions) if all(s.kind == "rig" for s in segments) else None
+    evidence = summarise_coherence(settings, coherence, has_reference=has_reference and vibration is None)
+    return replace(evidence, vibration=vibration)
 
 
 def summarise_coherence(
@@ -96,15 +99,19 @@ def summarise_coherence(
     return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_reference and not evident)
 
 
-def _vibrates(context: Context, models: Sequence[tuple[Model, Segment]], predictions: Sequence[Prediction]) -> bool:
-    """True where a residual has a vibration that noise of the measured input does not explain."""
+def _vibration(
+    context: Context, models: Sequence[tuple[Model, Segment]], predictions: Sequence[Prediction]
+) -> float | None:
+    """Frequency [Hz] of a vibration of the residual that noise of the measured input does not explain; None: none."""
     settings = context.settings.verdict
     if not is_vibration(settings, vibration_share(settings, predictions)):
-        return False
+        return None
     followed = [pair for pair, p in zip(models, predictions, strict=True) if p.diverged_at is None]
     spectra = map_threads(lambda pair: input_noise_spectra(context, *pair), followed, context.jobs)
     by_segment = {s: each for (_, s), each in zip(followed, spectra, strict=True)}
-    return is_vibration(settings, vibration_share(settings, predictions, by_segment))
+    if not is_vibration(settings, vibration_share(settings, predictions, by_segment)):
+        return None
+    return vibration_frequency(predictions)
 
 
 def is_vibration(settings: VerdictSettings, share: Share) -> bool:

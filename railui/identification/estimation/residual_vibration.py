@@ -57,13 +57,41 @@ def vibration_share(
     return largest_share(powers, settings.coherence_standard_errors)
 
 
+def vibration_frequency(predictions: Sequence[Prediction]) -> float | None:
+    """Frequency [Hz] about which the residual of a rig has most power beyond a smooth spectrum.
+
+    Returns
+    -------
+    float or None
+        Mean frequency of the power about the peak of the record and channel where its share is largest; None where no
+        record resolves one.
+    """
+    best, largest = None, 0.0
+    for c in followed_channels(predictions):
+        f, density = hann_periodogram(c.measured - c.simulated, 1.0 / c.prediction.comparison.dt)
+        peak = _resolved_peak(f, density)
+        if peak is None:
+            continue
+        power = line_power(f, density, peak, peak)
+        if power.total > 0.0 and power.excess > largest * power.total:
+            _, line, _ = line_bands(f, peak, peak)
+            best, largest = float(np.average(f[line], weights=density[line])), power.excess / power.total
+    return best
+
+
+def _resolved_peak(f: FloatArray, density: FloatArray) -> float | None:
+    """Frequency at which a density [F] is largest; None where a record does not resolve it, as of a drift."""
+    peak = float(f[int(np.argmax(density))])
+    return None if peak < MIN_PERIODS * f[1] or (1.0 + REACH) * peak > f[-1] else peak
+
+
 def _power_about_peak(
     settings: VerdictSettings, channel: str, residual: FloatArray, rate: float, spectra: InputNoiseSpectra | None
 ) -> LinePower:
     """Power of a residual [n] about the frequency where it has most."""
     f, density = hann_periodogram(residual, rate)
-    peak = float(f[int(np.argmax(density))])
-    if peak < MIN_PERIODS * f[1] or (1.0 + REACH) * peak > f[-1]:
+    peak = _resolved_peak(f, density)
+    if peak is None:
         return LinePower(0.0, 0.0, float(density.sum() * f[1]))
     if spectra is not None:
         _, line, _ = line_bands(f, peak, peak)

@@ -173,6 +173,7 @@ def _remainder(remainder: Remainder) -> dict[str, Any]:
         "at": remainder.at,
         "wheelset": remainder.wheelset,
         "surface": remainder.surface and remainder.surface._asdict(),
+        "vibration": remainder.vibration,
     }
 
 

@@ -27,7 +27,7 @@ VERDICT_LABEL = "data fault"
 NO_ERRORS: Mapping[str, Any] = {"nrmse": None, "channels": {}}
 NO_EXPLAINED: Mapping[str, Any] = {"value": None, "standard_error": None}
 NO_REMAINDER: Mapping[str, Any] = dict.fromkeys(
-    ("ratio", "coherent", "coherent_share", "structured", "resembles", "at", "wheelset", "surface")
+    ("ratio", "coherent", "coherent_share", "structured", "resembles", "at", "wheelset", "surface", "vibration")
 )
 NO_TEST: Mapping[str, Any] = {
     "nrmse_before": None,

@@ -16,6 +16,7 @@ from railui.report.loop.stop_positions import position_texts
 from railui.report.loop.wording import effect_title, joint_phrases, location_phrase, unit_location
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
+from railui.vehicle.model import TURN
 from railui.vehicle.multibody import Structure
 
 FAILED_FIT = (
@@ -28,6 +29,8 @@ PARAMETER_NAMES = {"half_width": "half-width"}
 def sentence(result: LoopResult) -> str:
     """Return the verdict with its evidence: effect or location, validation error, error expected from noise."""
     text = _VERDICT_TEXTS[result.verdict](result)
+    if result.verdict != "none" and _has_remainder(result):
+        text = f"{text}{_vibration_text(result)}"
     if result.is_failed_fit:
         text = f"{text} {FAILED_FIT}"
     return f"The time budget ended before the search: best answer so far. {text}" if result.is_out_of_time else text
@@ -121,16 +124,40 @@ def remainder_text(result: LoopResult) -> str:
     if surface := surface_text(result):
         return f"The remainder{ratio} {surface}"
     discrepancy = result.discrepancy
+    resembled = _resembled(result)
     if discrepancy is not None and (result.verdict == "partial" or discrepancy.lowers_error):
-        return f"The remainder{ratio} is {_location(result)} and in no law of the catalogue."
-    if remainder.candidate is not None:
-        kind, at, wheelset = remainder.candidate
-        where = location_phrase(at, wheelset, _structure(result))
-        return f"The remainder{ratio} resembles {effect_title(kind)} in {where}."
+        law = f"resembles {resembled} most" if resembled else "in no law of the catalogue"
+        return f"The remainder{ratio} is {_location(result)} and {law}."
+    if resembled:
+        return f"The remainder{ratio} resembles {resembled}."
     coherence = "with the motion, but" if remainder.coherent else "with no motion and"
     if result.is_by_condition:  # the score test is of the residual with common parameters
         return f"The remainder{ratio} is coherent {coherence.partition(' motion')[0]} motion."
     return f"The remainder{ratio} is coherent {coherence} resembles no effect of the catalogue."
+
+
+def _resembled(result: LoopResult) -> str:
+    """Return the effect that correlates most with the residual, with its location; empty without structure."""
+    if result.remainder.candidate is None:
+        return ""
+    kind, at, wheelset = result.remainder.candidate
+    return f"{effect_title(kind)} in {location_phrase(at, wheelset, _structure(result))}"
+
+
+def _vibration_text(result: LoopResult) -> str:
+    """Return the frequency about which the residual of a rig vibrates, beside that of the rig; empty without one."""
+    frequency = result.remainder.vibration
+    if frequency is None:
+        return ""
+    model, own = result.after.model, ""
+    mass, stiffness = (model.value(f"vehicle.rig.{key}") for key in ("mass", "stiffness"))
+    if mass > 0.0 and stiffness > 0.0:
+        own = f"; the natural frequency of the rig without added effects is {_hertz((stiffness / mass) ** 0.5 / TURN)}"
+    return f" What is left is largest about {_hertz(frequency)}{own}."
+
+
+def _hertz(frequency: float) -> str:
+    return f"{frequency:.3g} Hz"
 
 
 def surface_text(result: LoopResult) -> str:

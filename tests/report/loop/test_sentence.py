@@ -153,6 +153,27 @@ def test_a_partial_verdict_has_the_share_and_the_location_of_the_rest() -> None:
     )
 
 
+def test_a_rest_at_a_place_is_compared_with_the_effect_that_it_resembles() -> None:
+    left = Remainder(0.054, 0.3, True, True, ("quadratic_damper", "rig", None), "rig")
+    rest = discrepancy("rig", None, located=True)
+    text = sentence(result("effect", FRICTION, ratio=5.0, remainder=left, share=0.946, discrepancy=rest))
+    assert text.endswith("is acting at the rig and resembles quadratic damper in the rig most.")
+
+
+@pytest.mark.parametrize(
+    ("vibration", "ratio", "is_told"), [(4.93, 20.0, True), (None, 20.0, False), (4.93, 1.1, False)]
+)
+def test_a_rest_about_one_frequency_is_told_beside_that_of_the_rig(
+    vibration: float | None, ratio: float, is_told: bool
+) -> None:
+    left = Remainder(1.0, 0.3, True, False, vibration=vibration)
+    found = result("outside", ratio=ratio, discrepancy=discrepancy("rig", None, located=True), remainder=left)
+    values = {"vehicle.rig.mass": 10.0, "vehicle.rig.stiffness": 3553.0}
+    found.after.model.value = values.__getitem__
+    told = "What is left is largest about 4.93 Hz; the natural frequency of the rig without added effects is 3 Hz."
+    assert sentence(found).endswith(told) == is_told
+
+
 def test_a_discrepancy_is_localised_without_naming_an_effect() -> None:
     assert sentence(result("outside", discrepancy=discrepancy("contact", 2, located=True))) == (
         "Discrepancy that no effect of the catalogue explains, acting at the wheel-rail contact of wheelset 2. "
