@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import load_campaign
@@ -110,6 +111,40 @@ def test_a_force_that_is_recorded_late_is_a_delay_of_its_sensor(
     values = dict(zip(loop.after.free.paths, zip(loop.after.x, loop.after.sd, strict=True), strict=True))
     found, sd = values["sensors.0.delay"]
     assert found == pytest.approx(delay, rel=0.02, abs=3.0 * sd)
+
+
+BRANCHES = ((1.2e5, 0.12), (1.5e5, 0.012))  # stiffness [N/m] and relaxation time [s] of rubber
+
+
+def rubber(folder: Path) -> Dataset:
+    """Write and read a campaign of rubber with two relaxation times beside 400 kN/m, on sines of 0.3 to 12 Hz."""
+    campaign(folder, {"": 0.0})
+    rng, fine = np.random.default_rng(8), np.arange(16_000) * 5e-4
+    for k in range(3):
+        w = 2.0 * np.pi * np.geomspace(0.3, 12.0, 14) * rng.uniform(0.97, 1.03, 14)
+        angle = np.multiply.outer(fine, w) + rng.uniform(0.0, 6.0, 14)
+        z, v = 2e-3 * (np.sin(angle) / w).sum(axis=1), 2e-3 * np.cos(angle).sum(axis=1)
+        force = 4e5 * z
+        for stiffness, tau in BRANCHES:
+            kept = np.exp(-5e-4 / tau)
+            mean_speed = np.convolve(v, [0.5, 0.5])[: len(v)]  # between samples
+            mean_speed[0] = 0.0
+            force = force + lfilter([stiffness * tau * (1.0 - kept)], [1.0, -kept], mean_speed)
+        force = force[::10] + rng.normal(0.0, 0.2, 1600)
+        rows = [f"{a:.4f},{1e3 * b:.8f},{c:.4f}" for a, b, c in zip(fine[::10], z[::10], force, strict=True)]
+        (folder / f"run__{k}.csv").write_text("\n".join(["t [s],z [mm],F [N]", *rows]) + "\n")
+    (folder / "vehicle.yaml").write_text("vehicle: {rig: {input: motion, stiffness: 450 kN/m, damping: 2 kN*s/m}}\n")
+    return read_dataset(load_campaign(folder))
+
+
+def test_rubber_with_two_relaxation_times_is_no_delay_of_the_force(tmp_path: Path) -> None:
+    loop = close_loop(rubber(tmp_path / "rubber"))
+    assert loop.verdict == "effect" and {e.kind for e in loop.after.model.effects} == {"maxwell_damper"}
+    values = sorted(
+        (e.parameters["stiffness"], e.parameters["damping"] / e.parameters["stiffness"])  # type: ignore[operator]
+        for e in loop.after.model.effects
+    )
+    assert np.array(values) == pytest.approx(np.array(BRANCHES), rel=0.1)
 
 
 @pytest.fixture(scope="module")

@@ -20,6 +20,8 @@ from railui.vehicle.track_geometry import track_geometry
 
 W = 10.0  # rad/s, corner frequency to which the shapes of dampers refer
 QUADRATURE = 0.5 * np.pi  # rad, between the two phases in which a periodic effect is simulated
+# on a bench, of a kind at one location: rubber relaxes on more than one time scale
+BRANCHES: Mapping[str, int] = {"maxwell_damper": 3}
 PACKED = 2  # shapes of a kind up to which its locations are simulated together
 
 
@@ -122,8 +124,10 @@ def driven_locations(segments: Sequence[Segment]) -> set[str]:
 
 
 def is_compatible(model: Model, candidate: Candidate) -> bool:
-    """True if the model has no such effect and none that supersedes the same element."""
-    if any((e.kind, e.at, e.wheelset) == (candidate.kind, candidate.at, candidate.wheelset) for e in model.effects):
+    """True if the model has not as many such effects as can act, and none that supersedes the same element."""
+    place = (candidate.kind, candidate.at, candidate.wheelset)
+    most = BRANCHES.get(candidate.kind, 1) if model.design.form == "bench" else 1
+    if sum((e.kind, e.at, e.wheelset) == place for e in model.effects) >= most:
         return False
     try:
         model.vehicles((), [core.Placement(candidate.kind, candidate.at, candidate.wheelset)])

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from railui.identification.context import Context, OutOfTimeError
 from railui.identification.estimation.fit import Fit
+from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.growing_windows import follow_motion, follows
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
@@ -38,6 +39,8 @@ from railui.parallel import map_threads, run_both
 from railui.vehicle.effects import PlacedEffect
 
 FINAL_TOLERANCE = 1e-5
+BENCH_TOLERANCE = 1e-6
+BENCH_ITERATIONS = 150  # relaxations on several time scales converge slowly, and a bench is simulated quickly
 
 Effects = frozenset[tuple[str, str, int | None]]  # by kind, location and wheelset
 
@@ -332,12 +335,14 @@ class StepwiseSelection:
         context = background or self.context
         if self.whole_runs and any(t.is_window for t in fit.segments):
             return self._lengthened_fit(context, fit)
+        is_bench = context.campaign.design.form == "bench"
         return fit_output_error(
             context,
             fit.model,
             fit.free.paths,
             segments=reprepare_segments(context, fit.model, fit.segments),
-            tolerance=FINAL_TOLERANCE,
+            tolerance=BENCH_TOLERANCE if is_bench else FINAL_TOLERANCE,
+            max_iterations=BENCH_ITERATIONS if is_bench else MAX_ITERATIONS,
         )
 
     def _lengthened_fit(self, context: Context, fit: Fit) -> Fit:

@@ -60,7 +60,8 @@ def late_force_notes(result: LoopResult) -> list[str]:
     delays = [e.parameters["delay"] for e in result.after.model.effects if e.kind == "sensor_delay" and e.at == "F"]
     return [
         f"the force F is {1e3 * delay:.3g} ms late: a rubber mounting in series with the component delays it alike; "
-        "check the mounting (`maxwell_damper`) before the recorder"
+        "check the mounting (`maxwell_damper`) before the recorder; runs over a wider band of frequencies tell these "
+        "apart"
         for delay in delays
         if isinstance(delay, float) and delay > 0.0
     ]

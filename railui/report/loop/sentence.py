@@ -242,8 +242,15 @@ def effects_text(result: LoopResult) -> str:
         path, unit_at = f"{group}.{i}", unit_location(result, effect.at)
         positions = position_texts(result, effect, path, sd)
         parameters = _parameters(effect, path, sd, unit_at, by_condition, positions)
-        texts.append(", ".join([_name(result, effect), *parameters]))
+        texts.append(", ".join([_name(result, effect), *parameters]) + _mounting(result, effect))
     return "; and ".join(texts)
+
+
+def _mounting(result: LoopResult, effect: PlacedEffect) -> str:
+    """Return that a mounting in series would delay the force of a component alike, where more than noise is left."""
+    is_late_force = (effect.kind, effect.at) == ("sensor_delay", "F") and float(effect.parameters["delay"]) > 0.0  # type: ignore[arg-type]
+    is_bench = is_late_force and result.nominal.design.form == "bench"
+    return " (or a mounting in series, not told apart by these runs)" if is_bench and _has_remainder(result) else ""
 
 
 def _parameters(

@@ -174,6 +174,19 @@ def test_a_rest_about_one_frequency_is_told_beside_that_of_the_rig(
     assert sentence(found).endswith(told) == is_told
 
 
+@pytest.mark.parametrize(
+    ("form", "delay", "ratio", "is_told"),
+    [("bench", 6e-3, 5.0, True), ("bench", -6e-3, 5.0, False), ("bench", 6e-3, 1.1, False), ("rig", 6e-3, 5.0, False)],
+)
+def test_a_late_force_of_a_component_is_not_told_from_a_mounting(
+    form: str, delay: float, ratio: float, is_told: bool
+) -> None:
+    late = PlacedEffect("sensor_delay", "F", None, {"delay": delay})
+    found = result("effect", late, ratio=ratio)
+    found.nominal.design.form = form  # type: ignore[misc]
+    assert ("(or a mounting in series, not told apart by these runs)" in sentence(found)) == is_told
+
+
 def test_a_discrepancy_is_localised_without_naming_an_effect() -> None:
     assert sentence(result("outside", discrepancy=discrepancy("contact", 2, located=True))) == (
         "Discrepancy that no effect of the catalogue explains, acting at the wheel-rail contact of wheelset 2. "
