@@ -149,7 +149,7 @@ def _effects(result: LoopResult, *, of_nominal: bool = False) -> list[dict[str, 
                 "wheelset": effect.wheelset,
                 "parameters": parameters,
                 "phases": phase_rows(result, i) if group == "effects" else [],
-                "positions": position_records(result, effect),
+                "positions": position_records(result, effect, f"{group}.{i}"),
             }
         )
     return rows

@@ -240,7 +240,7 @@ def effects_text(result: LoopResult) -> str:
     by_condition, texts = depending_parameters(result), []
     for group, i, effect in catalogued_effects(result):
         path, unit_at = f"{group}.{i}", unit_location(result, effect.at)
-        positions = position_texts(result, effect, path, sd)
+        positions = position_texts(result, effect, path)
         parameters = _parameters(effect, path, sd, unit_at, by_condition, positions)
         texts.append(", ".join([_name(result, effect), *parameters]) + _mounting(result, effect))
     return "; and ".join(texts)

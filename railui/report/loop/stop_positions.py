@@ -6,7 +6,6 @@ preload may move the simulated motion against the recorded one, and with it a st
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -19,7 +18,7 @@ from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.force_evaluation import ports_at
 from railui.report.loop.ride_quality import mean_errors
 from railui.report.loop.wording import effect_title, location_phrase, unit_location
-from railui.report.numbers import quantity_with_sd
+from railui.report.numbers import quantity_cells
 from railui.vehicle.effects import PlacedEffect, parameter_unit
 
 
@@ -38,6 +37,8 @@ class StopPosition:
     lower_reached, upper_reached : bool
         Whether the estimation runs reach them, and stay there for more than a small part of the time on the other side.
     unit : str
+    sd : float or None
+        Standard deviation of the gap, to which the texts round.
     """
 
     parameter: str
@@ -47,6 +48,7 @@ class StopPosition:
     lower_reached: bool
     upper_reached: bool
     unit: str
+    sd: float | None = None
 
     @property
     def reached(self) -> list[float]:
@@ -56,11 +58,14 @@ class StopPosition:
 
     def texts(self, positions: list[float]) -> list[str]:
         """Return positions with their unit."""
-        return [quantity_with_sd(position, None, self.unit) for position in positions]
+        return [quantity_cells(position, self.sd, self.unit)[0] for position in positions]
 
 
-def stop_position(result: LoopResult, effect: PlacedEffect) -> StopPosition | None:
-    """Return the positions of an effect of a rig; None for a law without a gap, and where the model diverges."""
+def stop_position(result: LoopResult, effect: PlacedEffect, path: str) -> StopPosition | None:
+    """Return the positions of an effect of a rig; None for a law without a gap, and where the model diverges.
+
+    path: that of the effect.
+    """
     if effect.at != "rig":
         return None
     gaps = [p for p in core.effect_record(effect.kind)["parameters"] if p["unit"] == "z" and p["role"] == "shape"]
@@ -74,25 +79,28 @@ def stop_position(result: LoopResult, effect: PlacedEffect) -> StopPosition | No
     is_prescribed = result.nominal.design.form == "bench"
     offset = 0.0 if is_prescribed else mean_errors(result).get("z", 0.0)
     unit = parameter_unit(gaps[0], unit_location(result, effect.at))
-    return StopPosition(gaps[0]["key"], offset, offset - gap, offset + gap, below, above, unit)
+    key, sd = str(gaps[0]["key"]), dict(zip(result.after.free.paths, result.after.sd.tolist(), strict=True))
+    return StopPosition(key, offset, offset - gap, offset + gap, below, above, unit, sd.get(f"{path}.{key}"))
 
 
-def position_records(result: LoopResult, effect: PlacedEffect) -> list[dict[str, Any]]:
+def position_records(result: LoopResult, effect: PlacedEffect, path: str) -> list[dict[str, Any]]:
     """Return the positions of an effect as rows of the report; empty for a law without a gap."""
-    position = stop_position(result, effect)
-    return [] if position is None else [asdict(position)]
+    position = stop_position(result, effect, path)
+    if position is None:
+        return []
+    return [{key: value for key, value in asdict(position).items() if key != "sd"}]
 
 
-def position_text(position: StopPosition | None, sd: float | None) -> str:
+def position_text(position: StopPosition | None) -> str:
     """Return where a law with a gap acts on the record; empty where that is on both sides alike.
 
-    sd: standard deviation of the gap, up to which the offset of the record does not count.
+    An offset of the record up to the standard deviation of the gap does not count.
     """
     if position is None or not position.reached:
         return ""
     if len(position.reached) == 1:
         return f" (at {position.texts(position.reached)[0]} of the recorded motion, the only side reached)"
-    if not abs(position.offset) > (sd or 0.0):
+    if not abs(position.offset) > (position.sd or 0.0):
         return ""
     return f" (at {' and '.join(position.texts(position.reached))} of the recorded motion)"
 
@@ -100,8 +108,8 @@ def position_text(position: StopPosition | None, sd: float | None) -> str:
 def one_sided_notes(result: LoopResult) -> list[str]:
     """Return a note on every stop or clearance that the estimation runs reach on one side only."""
     notes = []
-    for _, _, effect in catalogued_effects(result):
-        position = stop_position(result, effect)
+    for group, i, effect in catalogued_effects(result):
+        position = stop_position(result, effect, f"{group}.{i}")
         if position is None or len(position.reached) != 1:
             continue
         (reached,) = position.texts(position.reached)
@@ -114,12 +122,10 @@ def one_sided_notes(result: LoopResult) -> list[str]:
     return notes
 
 
-def position_texts(result: LoopResult, effect: PlacedEffect, path: str, sd: Mapping[str, float]) -> dict[str, str]:
+def position_texts(result: LoopResult, effect: PlacedEffect, path: str) -> dict[str, str]:
     """Return the text on the positions of an effect, by the key of its gap; path: that of the effect."""
-    position = stop_position(result, effect)
-    if position is None:
-        return {}
-    return {position.parameter: position_text(position, sd.get(f"{path}.{position.parameter}"))}
+    position = stop_position(result, effect, path)
+    return {} if position is None else {position.parameter: position_text(position)}
 
 
 def _deflections(result: LoopResult, effect: PlacedEffect) -> FloatArray | None:

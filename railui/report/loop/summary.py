@@ -27,8 +27,8 @@ def summary_lines(report: Report) -> list[str]:
 
 
 def caution_lines(report: Report) -> list[str]:
-    """Return the notes that qualify the verdict as sentences; reports of earlier versions have none."""
-    return [f"{text[0].upper()}{text[1:]}." for text in report.get("cautions", ())]
+    """Return the notes that qualify the verdict; reports of earlier versions have none."""
+    return [f"{text}." for text in report.get("cautions", ())]
 
 
 def _explained_line(report: Report) -> list[str]:

@@ -60,13 +60,13 @@ def test_a_stop_on_one_side_is_reported_where_it_acts_on_the_record(tmp_path: Pa
     [
         (0.0, True, True, ""),
         (2e-5, True, True, ""),
-        (1e-3, True, True, " (at -0.009 and 0.011 of the recorded motion)"),
-        (1e-3, True, False, " (at -0.009 of the recorded motion, the only side reached)"),
+        (1e-3, True, True, " (at -0.00900 and 0.01100 of the recorded motion)"),
+        (1e-3, True, False, " (at -0.00900 of the recorded motion, the only side reached)"),
         (1e-3, False, False, ""),
     ],
 )
 def test_positions_are_told_where_the_gap_does_not_give_them(
     offset: float, lower: bool, upper: bool, text: str
 ) -> None:
-    position = StopPosition("gap", offset, offset - 0.01, offset + 0.01, lower, upper, "1")
-    assert position_text(position, 1e-4) == text
+    position = StopPosition("gap", offset, offset - 0.01, offset + 0.01, lower, upper, "1", 1e-4)
+    assert position_text(position) == text
