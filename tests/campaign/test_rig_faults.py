@@ -156,3 +156,20 @@ def test_a_record_of_a_part_of_a_cycle_is_warned_of(tmp_path: Path) -> None:
     rewrite(tmp_path, lambda c: {k: x[:60] for k, x in c.items()}, ("b",))
     [fault] = [f for f in faults(tmp_path) if f.kind == "duration"]
     assert fault.files == ("run_b.csv.gz",) and not fault.serious and "less than 2 periods" in fault.text
+
+
+def test_sample_times_that_jitter_are_no_unit(tmp_path: Path) -> None:
+    """No correction cures that the motion and its acceleration contradict each other."""
+    write(Bench(seconds=(20.0, 16.0), rate=500.0, seed=1, noise=0.003), tmp_path)
+    rng = np.random.default_rng(3)
+
+    def jitter(columns: dict[str, Array]) -> dict[str, Array]:
+        at = columns["t"] + 6e-4 * rng.standard_normal(len(columns["t"]))
+        return columns | {c: np.interp(at, columns["t"], columns[c]) for c in ("z", "az")}
+
+    rewrite(tmp_path, jitter)
+    for fault in faults(tmp_path):
+        assert not fault.serious and fault.yaml is None and not fault.alternatives
+        assert "no correction makes them agree" in fault.text
+    assert faults(tmp_path)
+    assert not examine_data(read_dataset(load_campaign(tmp_path))).is_stopped

@@ -161,12 +161,15 @@ def _has_units(dataset: Dataset) -> bool:
 
 
 def _unresolved(fault: Fault, searches: dict[str, FaultSearch]) -> Fault:
-    """Return a fault without correction where the corrections leave the data contradictory."""
+    """Return a fault as a mere note where its correction leaves the data contradictory: then it explains nothing.
+
+    Sample times that jitter, for instance, make a motion contradict its acceleration, and no unit cures that.
+    """
     open_ones = [name for name in fault.files if not searches[name].is_resolved]
     if not fault.serious or not open_ones:
         return fault
-    text = f"{fault.text}; contradictions remain after this correction"
-    return replace(fault, text=text, corrections=Corrections())
+    text = f"the channels contradict each other, and no correction makes them agree; closest: {fault.text}"
+    return replace(fault, text=text, serious=False, corrections=Corrections(), alternatives=())
 
 
 def _with_named_unit(fault: Fault, dataset: Dataset) -> Fault:
