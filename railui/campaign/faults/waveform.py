@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 from railui.arrays import FloatArray
 from railui.campaign.corrections.correction import Correction, Corrections
 from railui.campaign.faults.fault import Fault
+from railui.campaign.faults.rig_responses import driving_column
 from railui.campaign.segment import Segment
 from railui.campaign.settings.faults import FaultSettings
-from railui.dsp.spectra import periodogram
+from railui.dsp.spectra import detrend, hann, hann_periodogram, periodogram
 
 MAINS = ((50.0, 0.2), (60.0, 0.2), (50.0 / 3.0, 0.1))  # Hz, with tolerance
 NEIGHBOURS = (0.4, 2.0)  # Hz from the line
+LINE_REACH = 2  # frequencies of a spectrum to either side into which a window spreads a line
+PERIODS_BESIDE = (-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6)  # of a drive: some of its harmonics may vanish
+HARMONICS = 15  # of a periodic drive, a triangle at most
 
 
 @dataclass(frozen=True)
@@ -149,25 +153,91 @@ def _dropouts(channel: str, segments: Sequence[Segment], settings: FaultSettings
     return [Fault("dropouts", (channel,), share, None, "1", files, text, serious, _left_out(channel, has_others))]
 
 
-def _hum(channel: str, segments: Sequence[Segment], settings: FaultSettings, radius: float | None) -> list[Fault]:
+def hum_lines(
+    channel: str, segments: Sequence[Segment], settings: FaultSettings, radius: float | None
+) -> dict[Segment, tuple[float, float]]:
+    """Find the segments of which a channel contains mains hum, with its frequency [Hz] and its power.
+
+    radius: rolling radius [m]; None on a rig.
+    """
     lines = {s: hum_line(s.columns[channel], 1.0 / s.dt, settings.hum_line_ratio) for s in segments}
-    lines = {s: line for s, line in lines.items() if line and not _is_driven(s, line[0], radius, settings)}
-    found = [line for line in lines.values() if line]
-    if not found:
-        return []
-    frequency = float(np.mean([f for f, _ in found]))
-    share = max(line[1] / float(np.var(s.columns[channel])) for s, line in lines.items() if line)
+    found = {s: line for s, line in lines.items() if line is not None}
+    return {s: line for s, line in found.items() if not _is_of_motion(channel, s, line[0], radius, settings)}
+
+
+def _hum(channel: str, segments: Sequence[Segment], settings: FaultSettings, radius: float | None) -> list[Fault]:
+    """Return one fault for each mains frequency of which a channel contains hum."""
+    by_mains: dict[float, dict[Segment, tuple[float, float]]] = {}
+    for s, line in hum_lines(channel, segments, settings, radius).items():
+        by_mains.setdefault(_nearest_mains(line[0]), {})[s] = line
+    return [_hum_fault(channel, lines, settings) for lines in by_mains.values()]
+
+
+def _hum_fault(channel: str, lines: Mapping[Segment, tuple[float, float]], settings: FaultSettings) -> Fault:
+    frequency = float(np.mean([f for f, _ in lines.values()]))
+    share = max(power / float(np.var(s.columns[channel])) for s, (_, power) in lines.items())
     files = tuple(dict.fromkeys(s.file for s in lines))
     text = f"{channel} contains mains hum of {frequency:.2f} Hz, {100.0 * share:.2g} % of its power"
-    serious = share > settings.serious_hum_share and not segments[0].is_rig
+    serious = share > settings.serious_hum_share and not any(s.is_rig for s in lines)
     corrections = Corrections((Correction(channel, hum=round(frequency, 4)),))
-    return [Fault("hum", (channel,), frequency, None, "Hz", files, text, serious, corrections)]
+    return Fault("hum", (channel,), frequency, None, "Hz", files, text, serious, corrections)
 
 
-def _is_driven(segment: Segment, frequency: float, radius: float | None, settings: FaultSettings) -> bool:
-    """True if a wheel turns at the frequency, or the input of a rig has the same line."""
+def _nearest_mains(frequency: float) -> float:
+    return min((mains for mains, _ in MAINS), key=lambda mains: abs(mains - frequency))
+
+
+def _is_of_motion(
+    channel: str, segment: Segment, frequency: float, radius: float | None, settings: FaultSettings
+) -> bool:
+    """True if a wheel turns at the frequency, a rig is driven there, or its free motion has that frequency."""
     if radius is not None:
         turn = segment.mean_speed / (2.0 * np.pi * radius)
         return any(abs(k * turn - frequency) < settings.hum_turn_clearance for k in (1, 2, 3, 4))
-    u = segment.columns.get("u")
-    return u is not None and bool(np.any(u)) and hum_line(u, 1.0 / segment.dt, settings.hum_line_ratio) is not None
+    x, rate = segment.columns[channel], 1.0 / segment.dt
+    drive = segment.columns.get(driving_column(segment))
+    if drive is None or not np.ptp(drive):
+        return _fades(x, frequency, rate, settings)
+    line = hum_line(drive, rate, settings.hum_line_ratio)
+    is_driven = line is not None and _nearest_mains(line[0]) == _nearest_mains(frequency)
+    return is_driven or _is_harmonic(x, drive, frequency, rate, settings)
+
+
+def _fades(x: FloatArray, frequency: float, rate: float, settings: FaultSettings) -> bool:
+    """True where a line of a series [n] is weaker in its last third than in its first, which mains hum is not."""
+    third = len(x) // 3
+    angle = 2.0 * np.pi * frequency / rate * np.arange(third)
+    wave = hann(third) * np.exp(-1j * angle)
+    first, last = (float(abs(wave @ detrend(part))) for part in (x[:third], x[-third:]))
+    return last < settings.min_steady_motion * first
+
+
+def _is_harmonic(x: FloatArray, drive: FloatArray, frequency: float, rate: float, settings: FaultSettings) -> bool:
+    """True where a line of a series [n] is no stronger than those some periods of the drive beside it.
+
+    A law that is not linear answers a periodic drive at all multiples of its frequency, a symmetric one at the odd
+    multiples.
+    """
+    f, of_drive = hann_periodogram(drive, rate)
+    period = float(f[int(np.argmax(of_drive))])
+    if not _is_periodic(f, of_drive, period, settings):
+        return False
+    _, power = hann_periodogram(x, rate)
+
+    def at(line: float) -> float:
+        return float(power[_near(f, line)].max(initial=0.0))
+
+    beside = max(at(frequency + k * period) for k in PERIODS_BESIDE)
+    return settings.hum_harmonic_ratio * beside > at(frequency)
+
+
+def _is_periodic(f: FloatArray, power: FloatArray, period: float, settings: FaultSettings) -> bool:
+    """True where a spectrum [F] is that of a motion which repeats itself: nearly all of it in multiples of one line."""
+    if period < (2 * LINE_REACH + 1) * f[1]:
+        return False
+    lines = np.any([_near(f, k * period) for k in range(1, HARMONICS + 1)], axis=0)
+    return bool(power[lines].sum() > settings.periodic_drive_share * power.sum())
+
+
+def _near(f: FloatArray, line: float) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(f - line) <= LINE_REACH * f[1])

@@ -193,6 +193,20 @@ class FaultSettings:
     hum_turn_clearance: float = setting(
         0.7, unit="Hz", meaning="Distance from a multiple of the wheels' rotation up to which a line is no mains hum."
     )
+    hum_harmonic_ratio: float = setting(
+        3.0,
+        minimum=1.0,
+        meaning="Power of a line at a mains frequency over the lines some periods of a periodic drive beside it, "
+        "up to which it is a harmonic of the drive.",
+        provenance="trial: at most 1.2 with dry friction, a damper with a knee or an asymmetric one under sines; above "
+        "400 with hum of 1 % and more",
+    )
+    periodic_drive_share: float = setting(
+        0.8,
+        maximum=1.0,
+        meaning="Share of the power of a drive at multiples of its strongest line from which it is periodic.",
+        provenance="derived: 1 for sines and triangles; some 0.05 for broad-band drives",
+    )
     min_unit_decades: int = setting(
         2,
         minimum=1,
