@@ -12,6 +12,7 @@ import numpy as np
 from railui.campaign.campaign import DEFAULT_BAND, Campaign, RunEntry
 from railui.campaign.comparison import MAX_BAND_SHARE
 from railui.campaign.corrections.apply import corrected_run
+from railui.campaign.faults.waveform import hum_of_rig
 from railui.campaign.noise.estimate import estimate_noise_model
 from railui.campaign.prescribed_motion import with_motion_bandwidth
 from railui.campaign.rig_steps import with_phase_steps
@@ -125,6 +126,11 @@ class Dataset:
     def has_test_runs(self) -> bool:
         """True where the campaign has runs of role test; otherwise a part of the validation runs is reserved."""
         return any(run.role == "test" for run in self.campaign.runs)
+
+    @cached_property
+    def hum(self) -> Mapping[tuple[str, str], float]:
+        """Mains hum [Hz] of a rig, by name of the run and channel, as far as it is not corrected."""
+        return hum_of_rig(self.segments, self.campaign.settings.faults)
 
     @cached_property
     def _parts(self) -> ValidationParts:

@@ -176,19 +176,23 @@ def test_damping_that_fades_is_a_variation_with_time(tmp_path: Path):
     assert "with vehicle.rig.damping varying with time" in data["sentence"] and "curve of vehicle.rig.damping" in page
 
 
-def test_a_small_effect_under_coloured_noise_is_no_discrepancy(tmp_path: Path):
-    bench = Bench([effect("asymmetric_damper", "rig", ratio=0.5)], 1, seconds=(12.0, 8.0), rate=200.0, noise=0.003)
-    write(bench, tmp_path)
+def add_to_channels(folder: Path, extra: Callable[[Any, Any, int], Any]) -> None:
+    """Add a series to each channel z and az of both runs: extra of time, channel and index of the run."""
     for i, name in enumerate(("a", "b")):
-        path = tmp_path / f"run_{name}.csv.gz"
+        path = folder / f"run_{name}.csv.gz"
         head, *rows = gzip.decompress(path.read_bytes()).decode().strip().split("\n")
         table = np.array([row.split(",") for row in rows], float)
         for j, column in enumerate(head.split(",")):
             if column.startswith(("z", "az")):
-                noise = pink(len(table), np.random.default_rng([i, j]))
-                table[:, j] += 0.04 * table[:, j].std() * noise
+                table[:, j] += extra(table[:, 0], table[:, j], 10 * i + j)
         lines = [",".join(f"{x:.7g}" for x in row) for row in table]
         path.write_bytes(gzip.compress("\n".join([head, *lines, ""]).encode()))
+
+
+def test_a_small_effect_under_coloured_noise_is_no_discrepancy(tmp_path: Path):
+    bench = Bench([effect("asymmetric_damper", "rig", ratio=0.5)], 1, seconds=(12.0, 8.0), rate=200.0, noise=0.003)
+    write(bench, tmp_path)
+    add_to_channels(tmp_path, lambda t, x, i: 0.04 * x.std() * pink(len(t), np.random.default_rng(divmod(i, 10))))
     kinds = [r["kind"] for r in core.effect_catalogue() if r["kind"] not in ("asymmetric_damper", "quadratic_damper")]
     result = close_loop(read_dataset(load_campaign(tmp_path)), without=kinds, jobs=1)
     assert result.score_test.best[0].candidate.kind == "asymmetric_damper" and result.remainder.structured
@@ -237,3 +241,12 @@ def test_a_rig_sampled_too_slowly_for_a_candidate_reaches_a_verdict(tmp_path: Pa
     write_tanks(tmp_path, 512)
     data = loop_report(close_loop(read_dataset(load_campaign(tmp_path)), jobs=1))
     assert data["after"]["nrmse"] <= data["before"]["nrmse"] < data["declared"]["nrmse"]
+
+
+def test_mains_hum_is_no_discrepancy_and_is_named(tmp_path: Path):
+    write(Bench(seconds=(12.0, 10.0), rate=500.0, seed=1, noise=0.005), tmp_path)
+    add_to_channels(tmp_path, lambda t, x, _: 0.03 * x.std() * np.sin(2.0 * np.pi * 50.0 * t + x[0]))
+    data, _ = close_and_report(read_dataset(load_campaign(tmp_path)), tmp_path / "out", SLOW)
+    assert data["verdict"] == "none" and data["unexplained"] > 1.5
+    line = "`sensors: {z: {hum: 50 Hz}, az: {hum: 50 Hz}}`"
+    assert f"z and az contain mains hum of 50 Hz, which counts in the error; {line} removes it." in data["sentence"]

@@ -126,10 +126,10 @@ def roll_at(columns: Mapping[str, FloatArray], channel: str, wheelbase: float) -
     return {"ay1": phiw, "ay2": trailing}.get(channel, 0.5 * (phiw + trailing))
 
 
-def line_signal(t: FloatArray, x: FloatArray, frequency: float) -> FloatArray:
+def line_signal(t: FloatArray, x: FloatArray, frequency: float, block_seconds: float = HUM_BLOCK_SECONDS) -> FloatArray:
     """Return the sinusoid [n] of a frequency [Hz] in a series, fitted in blocks by least squares."""
     fitted = np.zeros_like(x)
-    blocks = max(round((t[-1] - t[0]) / HUM_BLOCK_SECONDS), 1)
+    blocks = max(round((t[-1] - t[0]) / block_seconds), 1)
     for rows in np.array_split(np.arange(len(t)), blocks):
         angle = 2.0 * np.pi * frequency * t[rows]
         basis = np.stack([np.cos(angle), np.sin(angle), np.ones(len(rows))], axis=1)

@@ -165,6 +165,17 @@ def hum_lines(
     return {s: line for s, line in found.items() if not _is_of_motion(channel, s, line[0], radius, settings)}
 
 
+def hum_of_rig(segments: Sequence[Segment], settings: FaultSettings) -> dict[tuple[str, str], float]:
+    """Find the mains hum [Hz] in the channels of a rig, by run and channel."""
+    rigs = [s for s in segments if s.is_rig]
+    found = {}
+    for channel in dict.fromkeys(c for s in rigs for c in s.channels):
+        recorded = [s for s in rigs if channel in s.columns]
+        for segment, (frequency, _) in hum_lines(channel, recorded, settings, None).items():
+            found[segment.file, channel] = frequency
+    return found
+
+
 def _hum(channel: str, segments: Sequence[Segment], settings: FaultSettings, radius: float | None) -> list[Fault]:
     """Return one fault for each mains frequency of which a channel contains hum."""
     by_mains: dict[float, dict[Segment, tuple[float, float]]] = {}

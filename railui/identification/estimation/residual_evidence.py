@@ -13,6 +13,7 @@ from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.free_decay import share_at_harmonics
 from railui.identification.estimation.input_noise import input_noise_spectra
+from railui.identification.estimation.mains_hum import without_hum
 from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
 from railui.identification.estimation.residual_surface import SurfaceShares, surface_shares
 from railui.identification.estimation.residual_vibration import vibration_frequency, vibration_share
@@ -71,6 +72,7 @@ def examine_residual_of_each(context: Context, models: Sequence[tuple[Model, Seg
     """Compute the coherence of the residual of models, each on its segment; its surface is not computed."""
     settings, segments = context.settings.verdict, [s for _, s in models]
     predictions = predict_each(context, models)
+    predictions = [without_hum(p, context.dataset.hum) if p.diverged_at is None else p for p in predictions]
     coherence = residual_coherence(context, predictions)
     has_reference = any(
         len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from railui import core
+from railui.campaign.corrections.correction import Correction, Corrections, yaml_line
 from railui.identification.result import LoopResult
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import RunDependence
@@ -33,7 +34,21 @@ def sentence(result: LoopResult) -> str:
         text = f"{text}{_vibration_text(result)}"
     if result.is_failed_fit:
         text = f"{text} {FAILED_FIT}"
+    if _has_remainder(result) and result.dataset.hum:
+        text = f"{text} {_hum_text(result.dataset.hum)}"
     return f"The time budget ended before the search: best answer so far. {text}" if result.is_out_of_time else text
+
+
+def _hum_text(hum: Mapping[tuple[str, str], float]) -> str:
+    """Return which channels contain mains hum, and the line that removes it."""
+    channels: dict[str, list[float]] = {}
+    for (_, channel), frequency in hum.items():
+        channels.setdefault(channel, []).append(frequency)
+    means = {channel: sum(found) / len(found) for channel, found in channels.items()}
+    frequencies = " and ".join(dict.fromkeys(f"{mean:.4g} Hz" for mean in means.values()))
+    line = yaml_line(Corrections(tuple(Correction(c, hum=round(mean, 4)) for c, mean in means.items())))
+    verb = "contains" if len(means) == 1 else "contain"
+    return f"{' and '.join(means)} {verb} mains hum of {frequencies}, which counts in the error; `{line}` removes it."
 
 
 def _none_text(result: LoopResult) -> str:

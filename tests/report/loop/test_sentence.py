@@ -41,6 +41,7 @@ def result(
     remainder: Remainder = NOTHING_LEFT,
     share: float = 0.996,
     source: str = "both",
+    hum: dict[tuple[str, str], float] | None = None,
 ) -> LoopResult:
     fields = {
         "is_failed_fit": False,
@@ -48,6 +49,7 @@ def result(
         "explained": Explained(share, 0.004),
         "remainder": remainder,
         "context": SimpleNamespace(settings=LoopSettings()),
+        "dataset": SimpleNamespace(hum=hum or {}),
         "verdict": verdict,
         "validations": {"before": SimpleNamespace(nrmse=0.3514), "after": SimpleNamespace(nrmse=0.0541)},
         "noise_floor": SimpleNamespace(nrmse=0.0533, source=source),
@@ -88,6 +90,14 @@ def test_a_large_incoherent_residual_is_noise_larger_than_known(source: str, kno
     assert text.endswith(
         f"The residual is 3.1 times the noise floor and coherent with no motion: the noise is larger than {known}."
     )
+
+
+def test_hum_above_the_noise_floor_is_named_with_its_correction() -> None:
+    hum = {("a.csv", "z"): 50.0, ("b.csv", "z"): 50.0}
+    text = sentence(result("none", ratio=3.1, hum=hum))
+    line = "`sensors: {z: {hum: 50 Hz}}`"
+    assert text.endswith(f"z contains mains hum of 50 Hz, which counts in the error; {line} removes it.")
+    assert "hum" not in sentence(result("none", hum=hum))
 
 
 def test_an_effect_too_small_to_count_is_named_with_the_noise() -> None:
