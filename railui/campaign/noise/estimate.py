@@ -15,6 +15,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.campaign.noise.bounds import TRACK, Level, incoherent_level, is_flat, quiet_band, quiet_level
 from railui.campaign.noise.flicker import FlickerNoise, flicker_noise
+from railui.campaign.noise.input_noise import input_noise_level
 from railui.campaign.noise.model import BOTH, ESTIMATED, STATED, ColumnNoise, NoiseModel
 from railui.campaign.noise.record import Record, band_limits
 from railui.campaign.noise.relations import RAILS, RelationSpectra, relation_spectra
@@ -124,11 +125,12 @@ class NoiseEstimate:
         return spectrum, Level(float(np.log(level)), sd)
 
     def _rig_input(self) -> dict[str, ColumnNoise]:
-        """Noise of the input of a rig: as stated, at most its quiet band; an input may fill its whole spectrum."""
+        """Noise of the input of a rig: as stated, at most its quiet band; else where it cannot be a drive."""
         if self.records[0].kind == "bench":  # whose motion is smooth
             return {c: self._single_channel(c) for c in ("z", "vz") if any(c in r.columns for r in self.records)}
         if "u" not in self.stated:
-            return {}
+            level = input_noise_level(self.records, "u", self.settings)
+            return {} if level is None else {"u": _estimated_white(level)}
         stated = self.stated["u"]
         quiet = quiet_level([r for r in self.records if "u" in r.columns], "u", 1e-9)
         if quiet is None or np.exp(quiet.log) >= stated:
@@ -263,6 +265,12 @@ def independent_rail_levels(yw: float, half_gauge: float) -> dict[str, float]:
     Errors x of each, sidewise and vertically, give y_w = x/sqrt 2, phi_w = sqrt 2 x/(2 b) and gauge = sqrt 2 x.
     """
     return {"yw": yw, "phiw": yw / half_gauge, "gauge": 2.0 * yw}
+
+
+def _estimated_white(level: Level) -> ColumnNoise:
+    """White noise that the data alone determine."""
+    sd = float(np.exp(level.log))
+    return ColumnNoise(sd, NoiseSpectrum(sd), None, sd, level.sd, level.sd, ESTIMATED)
 
 
 class _Parts:

@@ -81,6 +81,30 @@ class NoiseSettings:
         meaning="Power of a prescribed motion over that of its noise, up to the last frequency of which it reaches.",
         provenance="derived: the mean of five lines of white noise exceeds it with a probability of 1e-17",
     )
+    max_input_slope: float = setting(
+        0.15,
+        meaning="Difference of the logarithms of a driving column's density, from 0.5 to 0.7 and from 0.7 to 0.9 of "
+        "half the sampling rate, up to which it is white noise there.",
+        provenance="derived: 0.29 of an input whose power falls as 1/f; trial: at most 0.04 of white noise",
+    )
+    max_input_noise: float = setting(
+        0.3,
+        maximum=1.0,
+        meaning="Standard deviation of that white part over that of the column, beyond which it is a drive.",
+    )
+    max_followed_share: float = setting(
+        0.05,
+        maximum=1.0,
+        meaning="Share of the frequencies without other input at which a channel may follow that white part, each "
+        "with a chance of 0.01, for it to be noise.",
+        provenance="trial: at most 0.03 of noise; 0.54 of the blows of a hammer",
+    )
+    min_input_samples: int = setting(
+        4000,
+        minimum=64,
+        meaning="Samples of the runs of a rig from which the noise of its input is estimated.",
+        provenance="derived: the logarithms then differ by 0.06, one standard deviation, by chance",
+    )
     max_drift_share: float = setting(
         0.005,
         maximum=1.0,

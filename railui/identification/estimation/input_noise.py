@@ -31,12 +31,22 @@ class InputNoiseSpectra:
     responses: Mapping[str, FloatArray]
 
 
-def input_noise_spectra(context: Context, model: Model, segment: Segment) -> InputNoiseSpectra | None:
-    """Simulate the response of a rig to noise of its measured input; None without an input, or where it diverges."""
-    if not np.any(segment.columns.get(INPUT, 0.0)):
+def input_noise_spectra(
+    context: Context, model: Model, segment: Segment, column: str = INPUT, level: float | None = None
+) -> InputNoiseSpectra | None:
+    """Simulate the response of a rig to noise of its measured input; None without an input, or where it diverges.
+
+    Parameters
+    ----------
+    column
+        Input with the noise.
+    level
+        Standard deviation of the noise; by default a thousandth of that of the input.
+    """
+    if not np.any(segment.columns.get(column, 0.0)):
         return None
     names, campaign = compared_channels(segment), context.campaign
-    sd = LEVEL * float(np.std(segment.columns[INPUT]))
+    sd = LEVEL * float(np.std(segment.columns[column])) if level is None else level
 
     def density(series: FloatArray) -> FloatArray:
         """Densities [channel, F] of series [channel, n] as they are compared."""
@@ -52,12 +62,12 @@ def input_noise_spectra(context: Context, model: Model, segment: Segment) -> Inp
     noises, responses = [], []
     for _ in range(DRAWS):
         noise = sd * rng.standard_normal(segment.samples)
-        table = segment.table_with_noise({INPUT: noise}, model.wheelset_spacing(), predictor.steps)
+        table = segment.table_with_noise({column: noise}, model.wheelset_spacing(), predictor.steps)
         series, diverged = predictor.simulate(names, table=table)
         if diverged[0] >= 0:
             return None
         noises.append(density(noise[None])[0])
         responses.append(density(series[0] - clean[0]))
     mean = np.mean(responses, axis=0)
-    of_input = density(segment.columns[INPUT][None])[0]
+    of_input = density(segment.columns[column][None])[0]
     return InputNoiseSpectra(of_input, np.mean(noises, axis=0), dict(zip(names, mean, strict=True)))

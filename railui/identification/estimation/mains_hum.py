@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-
 from railui.arrays import FloatArray
 from railui.campaign.corrections.apply import line_signal
 from railui.identification.prediction import Prediction

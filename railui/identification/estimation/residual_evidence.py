@@ -13,6 +13,7 @@ from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
 from railui.identification.estimation.free_decay import share_at_harmonics
 from railui.identification.estimation.input_noise import input_noise_spectra
+from railui.identification.estimation.input_noise_share import input_noise_shares, without_input_noise
 from railui.identification.estimation.mains_hum import without_hum
 from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
 from railui.identification.estimation.residual_surface import SurfaceShares, surface_shares
@@ -74,6 +75,8 @@ def examine_residual_of_each(context: Context, models: Sequence[tuple[Model, Seg
     predictions = predict_each(context, models)
     predictions = [without_hum(p, context.dataset.hum) if p.diverged_at is None else p for p in predictions]
     coherence = residual_coherence(context, predictions)
+    if all(s.is_rig for s in segments) and _has_evidence(settings, coherence):
+        coherence = without_input_noise(coherence, input_noise_shares(context, [m for m, _ in models], predictions))
     has_reference = any(
         len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments
     )
@@ -99,6 +102,11 @@ def summarise_coherence(
     largest, channel = max(evident or shares, key=lambda item: item[0].share)
     is_shared = any(_is_evident(settings, c.others) for c in coherence.values())
     return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_reference and not evident)
+
+
+def _has_evidence(settings: VerdictSettings, coherence: Mapping[str, ResidualCoherence]) -> bool:
+    """True where the residual of a channel is coherent with something."""
+    return any(_is_evident(settings, s) for c in coherence.values() for s in (c.track, c.motions, c.others))
 
 
 def _vibration(
