@@ -13,11 +13,13 @@ from railui.campaign.faults.fault import Fault
 from railui.campaign.faults.force_of_bench import faults_of_force
 from railui.campaign.faults.hypotheses import Hypothesis
 from railui.campaign.faults.merge import hypothesis_fault
+from railui.campaign.faults.nominal_of_rig import faults_against_nominal
 from railui.campaign.faults.rig_records import faults_of_records
 from railui.campaign.faults.rig_responses import (
     are_driven,
     longest_records,
     measured_response,
+    median_decades,
     phase_agreement,
     ratio_to_nominal,
     response_frequencies,
@@ -35,7 +37,7 @@ Runs = Mapping[str, Sequence[Segment]]
 def faults_of_rig(dataset: Dataset, runs: Runs, faults: Sequence[Fault]) -> list[Fault]:
     """Return all faults of a rig: those of the relations, decided by the responses, and those of the responses."""
     design, settings = dataset.campaign.design, dataset.campaign.settings.faults
-    differing = units_of_runs(runs, settings)
+    differing = units_of_runs(runs, settings, design)
     found = [_decided_by_runs(f, differing) for f in faults]
     found = [_decided_by_nominal(f, design, runs, settings) for f in found]
     faulty = {name for f in found if f.serious for name in f.files}
@@ -43,8 +45,10 @@ def faults_of_rig(dataset: Dataset, runs: Runs, faults: Sequence[Fault]) -> list
     found += [*faults_of_force(design, runs, settings), *faults_of_records(dataset, runs)]
     if any(f.serious for f in found):
         return found
-    units = fault_of_header_units(dataset, runs)
-    return [*found, *units] if units else [*found, *_absolute_acceleration(design, runs, settings)]
+    for search in (fault_of_header_units, _absolute_acceleration, faults_against_nominal):
+        if one := search(dataset, runs):
+            return [*found, *one]
+    return found
 
 
 def _decided_by_runs(fault: Fault, differing: Sequence[Fault]) -> Fault:
@@ -82,15 +86,15 @@ def _fits_nominal(h: Hypothesis, design: Design, segment: Segment, seconds: floa
     for channel in segment.channels:
         gain = h.value if channel in h.channels else 1.0
         ratio = ratio_to_nominal(design, segment, channel, seconds) / gain
-        size = float(np.nanmedian(np.log10(np.abs(ratio)))) if np.isfinite(ratio).any() else float("nan")
-        has_size = h.kind == "sign" or abs(size) < settings.max_nominal_decades
+        has_size = h.kind == "sign" or abs(median_decades(ratio)) < settings.max_nominal_decades
         if not (has_size and phase_agreement(ratio) > settings.nominal_agreement):
             return False
     return True
 
 
-def _absolute_acceleration(design: Design, runs: Runs, settings: FaultSettings) -> list[Fault]:
+def _absolute_acceleration(dataset: Dataset, runs: Runs) -> list[Fault]:
     """Find an accelerometer that measures the absolute acceleration where z is measured from the accelerated base."""
+    design, settings = dataset.campaign.design, dataset.campaign.settings.faults
     records = longest_records(runs)
     has_both = records and all({"z", "az"} <= set(s.columns) for s in records.values())
     gain = design.values.get("vehicle.rig.gain", 0.0)

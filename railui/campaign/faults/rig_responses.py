@@ -57,17 +57,29 @@ def response_frequencies(response: ComplexArray, seconds: float) -> FloatArray:
     return np.arange(1, len(response) + 1) / seconds
 
 
-def nominal_response(design: Design, channel: str, f: FloatArray) -> ComplexArray:
+def explained_share(segment: Segment, channel: str, seconds: float) -> float:
+    """Share of a channel's power that its response to the driving column explains, at the same frequencies."""
+    n = round(seconds / segment.dt)
+    response = measured_response(segment, channel, seconds)
+    _, driving = welch(segment.columns[driving_column(segment)], 1.0 / segment.dt, n)
+    _, power = welch(segment.columns[channel], 1.0 / segment.dt, n)
+    return float(np.nansum(np.abs(response) ** 2 * driving[1:]) / max(float(power[1:].sum()), 1e-300))
+
+
+def nominal_response(
+    design: Design, channel: str, f: FloatArray, values: Mapping[str, float] | None = None
+) -> ComplexArray:
     """Response of a channel of the linear nominal model to the driving column at frequencies [Hz].
 
     m z'' + c z' + k z = gain u of a force, gain (c u' + k u) of a moving base; -m gain u where z is measured from an
-    accelerated base; F = k z + c z' of a component.
+    accelerated base; F = k z + c z' of a component. values: in place of those of the design.
     """
     w = 2.0 * np.pi * f
-    spring = design.values["vehicle.rig.stiffness"] + 1j * w * design.values["vehicle.rig.damping"]
+    values = design.values if values is None else values
+    spring = values["vehicle.rig.stiffness"] + 1j * w * values["vehicle.rig.damping"]
     if design.rig_input == "motion":
         return np.asarray(spring)
-    mass, gain = design.values["vehicle.rig.mass"], design.values["vehicle.rig.gain"]
+    mass, gain = values["vehicle.rig.mass"], values["vehicle.rig.gain"]
     force = {"force": np.ones_like(w), "base_displacement": spring, "base_acceleration": np.full_like(w, -mass)}
     with np.errstate(divide="ignore", invalid="ignore"):
         motion = gain * force[design.rig_input] / (spring - mass * w**2)
@@ -77,10 +89,19 @@ def nominal_response(design: Design, channel: str, f: FloatArray) -> ComplexArra
 def ratio_to_nominal(design: Design, segment: Segment, channel: str, seconds: float) -> ComplexArray:
     """Measured over nominal response at the frequencies k / seconds; NaN where either is not known or zero."""
     measured = measured_response(segment, channel, seconds)
-    nominal = nominal_response(design, channel, response_frequencies(measured, seconds))
+    return ratio_of_responses(measured, nominal_response(design, channel, response_frequencies(measured, seconds)))
+
+
+def ratio_of_responses(measured: ComplexArray, nominal: ComplexArray) -> ComplexArray:
+    """Ratio of two responses; NaN where either is not known or zero."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = measured / nominal
     return np.where(np.isfinite(ratio) & (ratio != 0.0), ratio, np.nan)
+
+
+def median_decades(ratio: ComplexArray) -> float:
+    """Median logarithm to base 10 of the ratio of two responses; NaN where it is not known."""
+    return float(np.nanmedian(np.log10(np.abs(ratio)))) if np.isfinite(ratio).any() else float("nan")
 
 
 def phase_agreement(ratio: ComplexArray, delay: float = 0.0, f: FloatArray | None = None) -> float:

@@ -239,6 +239,23 @@ class FaultSettings:
     max_nominal_decades: float = setting(
         0.5, maximum=0.5, meaning="Decades by which the nominal model of a rig may be off to decide on a unit."
     )
+    min_explained_share: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Share of a channel of a rig that its response to the input explains, from which it is compared with "
+        "the nominal model.",
+    )
+    min_exchange_gain: float = setting(
+        1.0,
+        meaning="Decades, and cosine of the phase, by which the responses of a rig must come nearer to the nominal "
+        "model for two columns to be exchanged.",
+    )
+    reversed_agreement: float = setting(
+        0.8,
+        maximum=1.0,
+        meaning="Mean cosine of the phase between the responses of a rig and those of a model about the nominal one, "
+        "with the opposite sign, from which a sign is wrong.",
+    )
     min_header_decades: float = setting(
         0.5,
         maximum=1.0,
