@@ -17,6 +17,7 @@ from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep
+from railui.io.problems import FileProblems
 from railui.planning.vuong import vuong_statistic
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.load_states import STATE_PATH
@@ -153,8 +154,9 @@ def _other_refits(result: LoopResult) -> list[Refit]:
 def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSettings) -> list[RivalModel]:
     """Return models with an effect of the amount that explains the residual best, to first order.
 
-    Only effects whose force is proportional to a parameter are scaled to any amount. Their statistic is the score of
-    the effect, negative since the data prefer it, though by less than the search over the library explains.
+    Only effects whose force is proportional to a parameter are scaled, within the range of this parameter. Their
+    statistic is the score of the effect, negative since the data prefer it, though by less than the search over the
+    library explains.
     """
     found: list[RivalModel] = []
     for s in sorted(scores, key=lambda s: -s.admissible_rho):
@@ -169,8 +171,18 @@ def weak_effects(fit: Fit, scores: Sequence[ScoreResult], settings: PlanningSett
             effect = c.effect_with(c.scale_force(c.shapes[s.shape], s.amount))
             x = np.clip(fit.x - s.amount * s.absorbed, fit.free.low, fit.free.high)
             shifted = fit.model.with_path_values(fit.free.paths, x)
-            found.append(RivalModel(c, shifted.with_effect(effect), *_shared_estimates(fit), -abs(s.z)))
+            model = _model_with(shifted, effect)
+            if model is not None:
+                found.append(RivalModel(c, model, *_shared_estimates(fit), -abs(s.z)))
     return found
+
+
+def _model_with(model: Model, effect: PlacedEffect) -> Model | None:
+    """Return a model with an effect; None where an amount so small or large is beyond the range of its parameters."""
+    try:
+        return model.with_effect(effect)
+    except FileProblems:
+        return None
 
 
 def rival_records(rivals: Sequence[RivalModel], nominal: Model, settings: PlanningSettings) -> list[dict[str, Any]]:

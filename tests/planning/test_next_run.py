@@ -20,7 +20,7 @@ from railui.planning.after import FinishedLoop, propose_runs
 from railui.planning.decision import decide
 from railui.planning.next_run import NextRun, equivalent_rivals, next_runs
 from railui.planning.planned_runs import planned_runs, simulate_runs
-from railui.planning.rivals import RivalModel, read_rivals, rival_models, rival_records, undecided
+from railui.planning.rivals import RivalModel, read_rivals, rival_models, rival_records, undecided, weak_effects
 from railui.vehicle.effects import PlacedEffect
 from tests.blind.simulated import simulated_campaign
 
@@ -125,6 +125,15 @@ def test_without_an_effect_the_rivals_are_weak_effects_to_first_order() -> None:
     weak = [r for r in found[1:] if len(r.model.effects) > len(result.nominal.effects)]
     assert weak and all(r.z < 0.0 for r in weak)
     assert undecided(found, result.context.settings.planning) == found
+
+
+def test_a_weak_effect_below_the_range_of_its_parameter_is_no_rival() -> None:
+    result = finished()
+    settings = replace(result.context.settings.planning, weak_effect_score=0.0)
+    flange = [replace(s, rho=0.1) for s in result.score_test.best if s.candidate.kind == "flange_contact"]
+    strong = [replace(s, amount=abs(s.amount)) for s in flange]
+    assert weak_effects(result.after, strong, settings)
+    assert weak_effects(result.after, [replace(s, amount=1e-9 * s.amount) for s in strong], settings) == []
 
 
 def test_a_chance_with_some_sensors_does_not_depend_on_the_sensors_that_might_be_added() -> None:
