@@ -1,4 +1,4 @@
-"""Mains hum in the channels of a rig or a component, beside the harmonics of its drive."""
+"""Mains hum in the channels of a rig or a component, and harmonics of its drive."""
 
 from __future__ import annotations
 

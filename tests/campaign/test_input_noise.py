@@ -1,4 +1,4 @@
-"""White noise of the recorded input of a rig, told from a drive that fills its spectrum."""
+"""White noise of the recorded input of a rig, and a drive that fills its spectrum."""
 
 from __future__ import annotations
 

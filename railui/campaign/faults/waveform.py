@@ -19,7 +19,7 @@ from railui.dsp.spectra import detrend, hann, hann_periodogram, periodogram
 MAINS = ((50.0, 0.2), (60.0, 0.2), (50.0 / 3.0, 0.1))  # Hz, with tolerance
 NEIGHBOURS = (0.4, 2.0)  # Hz from the line
 LINE_REACH = 2  # frequencies of a spectrum to either side into which a window spreads a line
-PERIODS_BESIDE = (-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6)  # of a drive: some of its harmonics may vanish
+NEIGHBOURING_PERIODS = (-6, -5, -4, -3, -2, -1, 1, 2, 3, 4, 5, 6)  # of a drive: some of its harmonics may vanish
 HARMONICS = 15  # of a periodic drive, a triangle at most
 
 
@@ -224,7 +224,7 @@ def _fades(x: FloatArray, frequency: float, rate: float, settings: FaultSettings
 
 
 def _is_harmonic(x: FloatArray, drive: FloatArray, frequency: float, rate: float, settings: FaultSettings) -> bool:
-    """True where a line of a series [n] is no stronger than those some periods of the drive beside it.
+    """True where a line of a series [n] is no stronger than those some periods of the drive away.
 
     A law that is not linear answers a periodic drive at all multiples of its frequency, a symmetric one at the odd
     multiples.
@@ -238,8 +238,8 @@ def _is_harmonic(x: FloatArray, drive: FloatArray, frequency: float, rate: float
     def at(line: float) -> float:
         return float(power[_near(f, line)].max(initial=0.0))
 
-    beside = max(at(frequency + k * period) for k in PERIODS_BESIDE)
-    return settings.hum_harmonic_ratio * beside > at(frequency)
+    neighbours = max(at(frequency + k * period) for k in NEIGHBOURING_PERIODS)
+    return settings.hum_harmonic_ratio * neighbours > at(frequency)
 
 
 def _is_periodic(f: FloatArray, power: FloatArray, period: float, settings: FaultSettings) -> bool:

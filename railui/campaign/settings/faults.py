@@ -196,7 +196,7 @@ class FaultSettings:
     hum_harmonic_ratio: float = setting(
         3.0,
         minimum=1.0,
-        meaning="Power of a line at a mains frequency over the lines some periods of a periodic drive beside it, "
+        meaning="Power of a line at a mains frequency over the lines some periods of a periodic drive away, "
         "up to which it is a harmonic of the drive.",
         provenance="trial: at most 1.2 with dry friction, a damper with a knee or an asymmetric one under sines; above "
         "400 with hum of 1 % and more",

@@ -160,7 +160,7 @@ def _resembled(result: LoopResult) -> str:
 
 
 def _vibration_text(result: LoopResult) -> str:
-    """Return the frequency about which the residual of a rig vibrates, beside that of the rig; empty without one."""
+    """Return the frequency about which the residual of a rig vibrates, and that of the rig; empty without one."""
     frequency = result.remainder.vibration
     if frequency is None:
         return ""
@@ -265,7 +265,8 @@ def _mounting(result: LoopResult, effect: PlacedEffect) -> str:
     """Return that a mounting in series would delay the force of a component alike, where more than noise is left."""
     is_late_force = (effect.kind, effect.at) == ("sensor_delay", "F") and float(effect.parameters["delay"]) > 0.0  # type: ignore[arg-type]
     is_bench = is_late_force and result.nominal.design.form == "bench"
-    return " (or a mounting in series, not told apart by these runs)" if is_bench and _has_remainder(result) else ""
+    text = " (or a mounting in series, which these runs do not distinguish)"
+    return text if is_bench and _has_remainder(result) else ""
 
 
 def _parameters(

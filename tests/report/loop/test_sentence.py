@@ -171,30 +171,30 @@ def test_a_rest_at_a_place_is_compared_with_the_effect_that_it_resembles() -> No
 
 
 @pytest.mark.parametrize(
-    ("vibration", "ratio", "is_told"), [(4.93, 20.0, True), (None, 20.0, False), (4.93, 1.1, False)]
+    ("vibration", "ratio", "is_stated"), [(4.93, 20.0, True), (None, 20.0, False), (4.93, 1.1, False)]
 )
-def test_a_rest_about_one_frequency_is_told_beside_that_of_the_rig(
-    vibration: float | None, ratio: float, is_told: bool
+def test_a_rest_about_one_frequency_is_stated_with_that_of_the_rig(
+    vibration: float | None, ratio: float, is_stated: bool
 ) -> None:
     left = Remainder(1.0, 0.3, True, False, vibration=vibration)
     found = result("outside", ratio=ratio, discrepancy=discrepancy("rig", None, located=True), remainder=left)
     values = {"vehicle.rig.mass": 10.0, "vehicle.rig.stiffness": 3553.0}
     found.after.model.value = values.__getitem__
-    told = "What is left is largest about 4.93 Hz; the natural frequency of the rig without added effects is 3 Hz."
-    assert sentence(found).endswith(told) == is_told
+    expected = "What is left is largest about 4.93 Hz; the natural frequency of the rig without added effects is 3 Hz."
+    assert sentence(found).endswith(expected) == is_stated
 
 
 @pytest.mark.parametrize(
-    ("form", "delay", "ratio", "is_told"),
+    ("form", "delay", "ratio", "is_stated"),
     [("bench", 6e-3, 5.0, True), ("bench", -6e-3, 5.0, False), ("bench", 6e-3, 1.1, False), ("rig", 6e-3, 5.0, False)],
 )
 def test_a_late_force_of_a_component_is_not_told_from_a_mounting(
-    form: str, delay: float, ratio: float, is_told: bool
+    form: str, delay: float, ratio: float, is_stated: bool
 ) -> None:
     late = PlacedEffect("sensor_delay", "F", None, {"delay": delay})
     found = result("effect", late, ratio=ratio)
     found.nominal.design.form = form  # type: ignore[misc]
-    assert ("(or a mounting in series, not told apart by these runs)" in sentence(found)) == is_told
+    assert ("(or a mounting in series, which these runs do not distinguish)" in sentence(found)) == is_stated
 
 
 def test_a_discrepancy_is_localised_without_naming_an_effect() -> None:
