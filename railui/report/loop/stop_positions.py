@@ -24,7 +24,7 @@ from railui.vehicle.effects import PlacedEffect, parameter_unit
 
 @dataclass(frozen=True)
 class StopPosition:
-    """Where a law with a gap begins to act on either side, in the recorded coordinate.
+    """Positions at which a law with a gap begins to act on either side, in the recorded coordinate.
 
     Attributes
     ----------
