@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,15 +15,6 @@ pytest.importorskip("distributed")
 from tests.execution.cluster import LocalCluster
 from tests.execution.small import railui, result, run, write_study
 from tests.execution.test_resume import count_stored, wait_for_results
-
-
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[LocalCluster]:
-    directory = tmp_path / "machines"
-    directory.mkdir()
-    machines = LocalCluster(directory)
-    yield machines
-    machines.stop()
 
 
 def start_on_cluster(study: Path, out: Path, cluster: LocalCluster) -> subprocess.Popen[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -25,15 +24,6 @@ from tests.execution.small import write_study
 
 MOVES = 3  # in 7 of 8 moves arrays would begin at an address that is no multiple of 8
 KEYS = ("flange_margin", "weighted_acceleration")
-
-
-@pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[LocalCluster]:
-    directory = tmp_path / "machines"
-    directory.mkdir()
-    machines = LocalCluster(directory)
-    yield machines
-    machines.stop()
 
 
 def move_cases(cluster: LocalCluster, runner: DaskRunner) -> None:

@@ -117,7 +117,7 @@ BRANCHES = ((1.2e5, 0.12), (1.5e5, 0.012))  # stiffness [N/m] and relaxation tim
 
 
 def rubber(folder: Path) -> Dataset:
-    """Write and read a campaign of rubber with two relaxation times and a spring of 400 kN/m, on sines of 0.3 to 12 Hz."""
+    """Write and read a campaign of rubber: two relaxation times and a spring of 400 kN/m, sines of 0.3 to 12 Hz."""
     campaign(folder, {"": 0.0})
     rng, fine = np.random.default_rng(8), np.arange(16_000) * 5e-4
     for k in range(3):
