@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 from io import TextIOWrapper
 
@@ -39,6 +40,7 @@ def main() -> None:
     for name, value in (SINGLE_THREADED_BLAS | NO_PYDANTIC_PLUGINS).items():
         os.environ.setdefault(name, value)  # before numpy and pydantic are imported
     gc.set_threshold(GC_THRESHOLD)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as by ctrl-c: files and processes are tidied up
     try:
         from railui.cli import cli
 

@@ -31,7 +31,10 @@ class DemoLogger:
         self._home = tempfile.TemporaryDirectory(prefix="railui-demo-")
         port = Path(self._home.name) / "logger"
         words = [sys.executable, "-m", "railui", "capture", "logger", "--link", str(port), "-q", "--seed"]
-        self._child = subprocess.Popen([*words, str(self.seed)], start_new_session=True, stdin=subprocess.DEVNULL)
+        null = subprocess.DEVNULL
+        self._child = subprocess.Popen(
+            [*words, str(self.seed)], start_new_session=True, stdin=null, stdout=null, stderr=null
+        )
         self.port = str(port)
         deadline = time.monotonic() + START_TIMEOUT
         while not port.exists():

@@ -77,15 +77,14 @@ def command(
         call.info(f"{terminal.link}: {len(logger.channels)} channels at {logger.rate:g} Hz, {seconds:g} s of data")
         if not once and link is None:
             click.echo(str(terminal.link))
-        if not now:
-            terminal.await_reader(text_form.DELIMITER if text else wire.DELIMITER)
         try:
+            if not now:
+                terminal.await_reader(text_form.DELIMITER if text else wire.DELIMITER)
             play(logger, terminal, pace)
             while not once:
                 play(dataclasses.replace(logger, faults=_parse_faults("")), terminal, pace)
+            terminal.await_empty(DRAIN_TIMEOUT)
         finally:
-            if once:
-                terminal.await_empty(DRAIN_TIMEOUT)
             terminal.unplug()
             sent = dataclasses.asdict(logger.sent_counts)
             call.write_json(call.document("capture_logger", {"sent": sent}, [source]))

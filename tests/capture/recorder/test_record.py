@@ -105,6 +105,13 @@ def test_faults_of_a_logger_are_counted_exactly(tmp_path: Path) -> None:
     assert sent["samples"] - 10 <= total <= sent["samples"]
 
 
+def test_a_terminated_logger_takes_its_files_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    with running_logger(tmp_path / "port", "--seconds", "1") as logger:
+        assert list(tmp_path.glob("railui-logger-*")) and (tmp_path / "port").is_symlink()
+    assert logger.returncode == 130 and not list(tmp_path.iterdir())
+
+
 def test_cable_unplugged_and_plugged_in_begins_a_segment(tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = ("--seconds", "20", "--pace", "5", "--once", "--misbehave", "unplug=8")
