@@ -24,7 +24,13 @@ from railui.desk.presenters.front_plot import Pin, free_letter, front_plot, pin_
 from railui.desk.presenters.parallel_plot import parallel_plot
 from railui.desk.presenters.ride_quality import comparison_text
 from railui.desk.presenters.search_history import SearchHistory
-from railui.desk.presenters.search_plots import convergence_plot, fresh_comparison, fresh_text, plan_text
+from railui.desk.presenters.search_plots import (
+    baseline_comparison,
+    convergence_plot,
+    fresh_comparison,
+    fresh_text,
+    plan_text,
+)
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
 from railui.desk.state.plan import Plan
 from railui.desk.state.run_conditions import RunConditions
@@ -256,7 +262,9 @@ class SearchView(Vertical):
             return
         quality = self.query_one("#search-quality", Static)
         width = max(MIN_QUALITY_COLUMNS, quality.content_size.width)
-        statistics = fresh_comparison(self.history, self.designs.index, width)
+        index = self.designs.index
+        parts = [fresh_comparison(self.history, index, width), baseline_comparison(self.history, index, width)]
+        statistics = "\n".join(part for part in parts if part)
         text = Text(f"{statistics}\n\n" if statistics else "", no_wrap=True, overflow="ellipsis")
         text.append_text(comparison_text(*self.results, quality.size.width))
         quality.update(text, layout=False)

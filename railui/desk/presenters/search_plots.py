@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from rich.text import Text
 
+from railui.api.optimisation import is_significant
 from railui.arrays import FloatArray
 from railui.desk.presenters.loop_text import short_path
 from railui.desk.presenters.search_history import SearchHistory
@@ -111,8 +112,39 @@ def fresh_comparison(history: SearchHistory, index: int, width: int) -> str:
     name_columns, search_columns, fresh_columns = (max(len(row[k]) for row in rows) for k in range(3))
     if name_columns + search_columns + fresh_columns + 2 <= width:
         return "\n".join(f"{n:{name_columns}} {v:>{search_columns}} {f:>{fresh_columns}}" for n, v, f in rows)
-    columns = max(1, width - fresh_columns - 1)
-    return "\n".join(f"{name[:columns]:{columns}} {text:>{fresh_columns}}" for name, _, text in rows)
+    return _two_columns([(name, text) for name, _, text in rows], width)
+
+
+def baseline_comparison(history: SearchHistory, index: int, width: int) -> str:
+    """Return the mean differences of a design from the baseline on new seeds, and the constraints that it misses there.
+
+    A difference has its standard error, from pairs on the same tracks; empty where there are no new seeds.
+    """
+    if history.result is None or history.fresh_statistics(index) is None:
+        return ""
+    fresh = history.result["pareto"][index]["fresh"]
+    paired = fresh["minus_baseline"]
+    differences = [
+        (name, mean_sd_text(mean, error) + ("" if is_significant(p_value) else " n.s."))
+        for name, mean, error, p_value in zip(
+            history.objective_names, paired["mean"], paired["standard_error"], paired["p_value"], strict=True
+        )
+        if mean is not None and error is not None
+    ]
+    missed = [
+        (constraint.replace("_", " "), f"met on {count} of {fresh['sets']}")
+        for constraint, count in zip(history.plan.constraints, fresh["met"], strict=True)
+        if count is not None and count < fresh["sets"]
+    ]
+    heading = [("minus baseline", "mean±se, new seeds")] if differences else []
+    return _two_columns([*heading, *differences, *missed], width)
+
+
+def _two_columns(rows: Sequence[tuple[str, str]], width: int) -> str:
+    """Return names and texts below each other; names are cut where the width is short."""
+    text_columns = max((len(text) for _, text in rows), default=0)
+    name_columns = max(1, min(max((len(name) for name, _ in rows), default=0), width - text_columns - 1))
+    return "\n".join(f"{name[:name_columns]:{name_columns}} {text:>{text_columns}}" for name, text in rows)
 
 
 def _values(objectives: FloatArray) -> list[str]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from railui.desk.presenters.search_history import GenerationSummary, SearchHistory, restore_search, search_content
-from railui.desk.presenters.search_plots import convergence_plot, fresh_text
+from railui.desk.presenters.search_plots import baseline_comparison, convergence_plot, fresh_text
 from railui.desk.state.plan import Plan
 from railui.optimisation.front import nondominated
 from railui.vehicle.design_reader import load_design
@@ -59,3 +59,17 @@ def test_a_front_without_spread_has_its_reason(track: str, reason: str) -> None:
     unknown = [None] * len(plan.objectives)
     history.result = {"pareto": [{"fresh": {"mean": unknown, "sd": unknown}}]}
     assert reason in fresh_text(history, 0)
+
+
+def test_the_difference_from_the_baseline_names_what_is_not_significant_and_what_is_missed() -> None:
+    plan = Plan.for_design(load_design(REPOSITORY / "designs/test_bogie.yaml"), "erri_b176_low", 40.0)
+    plan = replace(plan, objectives=plan.objectives[:2], constraints=("linear_damping >= 0.05", "wear_number <= 100"))
+    history = SearchHistory(plan)
+    paired = {"mean": [-0.0121, 0.4], "standard_error": [0.0031, 0.9], "p_value": [0.006, 0.67]}
+    fresh = {"mean": [0.2, 4.0], "sd": [0.1, 1.0], "sets": 8, "met": [8, 5], "minus_baseline": paired}
+    history.result = {"pareto": [{"fresh": fresh}]}
+    heading, first, second, missed = baseline_comparison(history, 0, 40).splitlines()
+    assert heading.split(maxsplit=2)[:2] == ["minus", "baseline"]
+    assert first.endswith(" -0.0121±0.0031") and second.endswith(" 0.40±0.90 n.s.")
+    assert missed.split() == ["wear", "number", "<=", "100", "met", "on", "5", "of", "8"]
+    assert all(len(line) <= 24 for line in baseline_comparison(history, 0, 24).splitlines())
