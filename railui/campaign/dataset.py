@@ -19,6 +19,7 @@ from railui.campaign.rig_steps import with_phase_steps
 from railui.campaign.segment import Segment
 from railui.campaign.sensor_drift import with_drift_removed
 from railui.campaign.settings.estimation import ValidationSettings
+from railui.campaign.track_datum import with_datum_removed
 from railui.io.problems import file_problem
 from railui.io.yaml_document import load_yaml
 from railui.runs import columns as known
@@ -182,6 +183,8 @@ def read_dataset(campaign: Campaign) -> Dataset:
             raise file_problem(
                 entry.file, "has no segment left after its corrections", "check the delays of its columns"
             )
+        if campaign.design.is_on_track and not campaign.design.is_on_rollers:
+            run = with_datum_removed(run, campaign.settings.noise)
         runs.append(run)
         segments += segments_of_run(run, entry.name, entry.role, kind, index, unknown_lead, entry.load)
     _check_sampled_band(campaign, max(run.rate for run in runs))
