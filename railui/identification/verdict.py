@@ -106,7 +106,7 @@ def remaining_ratio(before: Validation, after: Validation, floor: NoiseFloor) ->
     """Compute (after^2 - floor^2)/(before^2 - floor^2), at least 0; None where it has no meaning."""
     squared = before.nrmse**2 if np.isfinite(before.nrmse) else NO_MOTION
     total = squared - floor.nrmse**2
-    if not np.isfinite(after.nrmse) or total <= 0:
+    if not np.isfinite(after.nrmse) or not total > 0:  # nor where the floor is unknown
         return None
     return float(max(after.nrmse**2 - floor.nrmse**2, 0.0) / total)
 

@@ -19,7 +19,7 @@ from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.covariance import effective_freedom
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import MIN_SCORE_FREEDOM, from_normal
+from railui.identification.structure.evidence import MIN_SCORE_FREEDOM, from_normal, noncentrality
 from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.minimum_detectable import (
     POWER_QUANTILE,
@@ -59,9 +59,10 @@ class ExpectedScore:
     sd: float
     degrees_of_freedom: float
 
-    def amount_of_score(self, z: float) -> float:
-        """Return the amount whose score equals z of a standard normal variable."""
-        return from_normal(z, self.degrees_of_freedom) * self.sd / self.norm
+    def detectable_amount(self, critical: float, power_quantile: float) -> float:
+        """Return the amount whose score exceeds a critical one [standard normal] with the power of a quantile."""
+        freedom = self.degrees_of_freedom
+        return noncentrality(from_normal(critical, freedom), freedom, power_quantile) * self.sd / self.norm
 
 
 @dataclass(frozen=True)

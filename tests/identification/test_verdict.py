@@ -87,6 +87,10 @@ def test_nothing_is_known_where_the_final_model_diverges():
     assert remaining_ratio(validation(0.05, 0.05), diverged(), floor(0.1)) is None
 
 
+def test_nothing_is_known_where_the_floor_is_unknown():
+    assert remaining_ratio(validation(0.25), validation(0.09), floor(np.nan)) is None
+
+
 def test_the_remainder_is_the_share_of_the_error_beyond_noise_that_is_left():
     ratio = remaining_ratio(validation(0.05, 0.05), validation(0.02, 0.02), floor(0.1))
     assert ratio == pytest.approx((0.04 - 0.01) / (0.10 - 0.01))

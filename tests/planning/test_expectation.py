@@ -12,7 +12,7 @@ import pytest
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import from_normal
+from railui.identification.structure.evidence import from_normal, noncentrality
 from railui.identification.structure.minimum_detectable import POWER_QUANTILE
 from railui.planning.expectation import Choice, Expectation
 from railui.planning.information import Information
@@ -101,8 +101,9 @@ def test_the_limit_meets_the_score_of_the_loop_or_its_gain() -> None:
     (score,) = expected.scores
     assert score is not None
     norm = float(d @ d)
-    by_score = from_normal(4.0 + POWER_QUANTILE, score.degrees_of_freedom) * sqrt(norm) / norm
-    assert score.amount_of_score(4.0 + POWER_QUANTILE) == pytest.approx(by_score, rel=0.06)
+    t = from_normal(4.0, score.degrees_of_freedom)
+    by_score = noncentrality(t, score.degrees_of_freedom, POWER_QUANTILE) * sqrt(norm) / norm
+    assert score.detectable_amount(4.0, POWER_QUANTILE) == pytest.approx(by_score, rel=0.06)
     power = 1e5 + expected.information.runs[0].noise[0]
     gain = (1.0 / 0.9**2 - 1.0) * expected.noise_floor**2
     noise = POWER_QUANTILE * sqrt(norm) / power

@@ -19,7 +19,8 @@ LINE_HALF_WIDTH = 0.2  # of the spacing of the lines
 GAP = (0.35, 0.65)  # distance of a gap from a line, where the density is that of noise
 REACH = GAP[1]
 MIN_PERIODS = 10  # of the lowest line in a record that resolves it
-WINDOW_WIDTH = 1.5  # values of a spectrum with a Hann window for each independent one
+# values of a spectrum with a Hann window for each independent one: neighbours have the correlations 4/9 and 1/36
+WINDOW_WIDTH = 1.0 + 2.0 * (4.0 / 9.0 + 1.0 / 36.0)
 
 
 class LinePower(NamedTuple):

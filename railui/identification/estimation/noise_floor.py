@@ -158,7 +158,7 @@ def estimate_noise_floor(
         spread,
         {c: float(np.mean([e[c] for e in channels])) for c in channels[0]},
         float(np.mean([overall_nrmse(c) for c in sensor_channels])),
-        _interval(context.noise, inputs, channels, sensor_channels, spread),
+        _interval(context.noise, inputs, channels, sensor_channels, spread, len(totals)),
         context.noise.source,
     )
 
@@ -169,10 +169,12 @@ def _interval(
     both: Sequence[Mapping[str, float]],
     sensors: Sequence[Mapping[str, float]],
     sd: float,
+    draws: int,
 ) -> tuple[float, float]:
-    """5th and 95th percentile of the noise floor over log-normal noise levels and normal realisations of it.
+    """5th and 95th percentile of the noise floor over log-normal noise levels and realisations of it.
 
-    The level of every sensor is uncertain by itself, that of the input columns by one factor.
+    The level of every sensor is uncertain by itself, that of the input columns by one factor. A further realisation has
+    Student's distribution about the mean of a number of draws with their standard deviation.
     """
     names = list(both[0])
     total = np.array([np.mean([e[c] ** 2 for e in both]) for c in names])
@@ -182,7 +184,8 @@ def _interval(
     levels = np.exp(2.0 * log_sd * rng.standard_normal((INTERVAL_DRAWS, len(names))))
     log_sd_of_inputs = max(map(noise.log_sd, inputs), default=0.0)
     track = np.exp(2.0 * log_sd_of_inputs * rng.standard_normal((INTERVAL_DRAWS, 1)))
-    drawn = np.sqrt(np.mean(own * levels + (total - own) * track, axis=1)) + sd * rng.standard_normal(INTERVAL_DRAWS)
+    realisation = sd * np.sqrt(1.0 + 1.0 / draws) * rng.standard_t(max(draws - 1, 1), INTERVAL_DRAWS)
+    drawn = np.sqrt(np.mean(own * levels + (total - own) * track, axis=1)) + realisation
     low, high = np.nanpercentile(np.maximum(drawn, 0.0), [5.0, 95.0])
     return float(low), float(high)
 

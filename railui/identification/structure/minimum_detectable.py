@@ -42,8 +42,8 @@ class Score(Protocol):
     def unabsorbed_share(self) -> float:
         """Share of the squared length that they leave."""
 
-    def amount_of_score(self, z: float) -> float:
-        """Return the amount whose score equals z of a standard normal variable."""
+    def detectable_amount(self, critical: float, power_quantile: float) -> float:
+        """Return the amount whose score exceeds a critical one with the power of a quantile."""
 
 
 def minimum_detectable_amount(
@@ -54,7 +54,7 @@ def minimum_detectable_amount(
     nrmse: error on the validation runs; predicted_gains: gain there by candidate and shape, to first order.
     """
     settings, gain = test.settings, 1.0 / (1.0 - min_relative_gain) ** 2 - 1.0
-    amounts = [score.amount_of_score(test.critical_score + POWER_QUANTILE)]
+    amounts = [score.detectable_amount(test.critical_score, POWER_QUANTILE)]
     predicted = predicted_gains.get((score.candidate, score.shape))
     # an effect that calibration almost absorbs gains little on the estimation runs, and much at another speed
     if score.unabsorbed_share >= settings.min_remaining_share or not predicted:

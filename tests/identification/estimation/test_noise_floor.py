@@ -63,9 +63,21 @@ def test_its_channels_are_weighted_by_noise_of_the_sensors() -> None:
 def test_the_interval_of_a_rig_has_the_uncertainty_of_its_input() -> None:
     """Half of the squared floor comes from the input, whose level is known to a factor of exp(0.5)."""
     noise = NoiseModel({c: ColumnNoise(1.0, NoiseSpectrum(1.0), log_sd=x) for c, x in (("z", 0.0), ("u", 0.5))})
-    low, high = _interval(noise, ["u"], [{"z": 0.2}], [{"z": 0.2 / np.sqrt(2.0)}], 0.0)
+    low, high = _interval(noise, ["u"], [{"z": 0.2}], [{"z": 0.2 / np.sqrt(2.0)}], 0.0, 10)
     ends = 0.2 * np.sqrt(0.5 * (1.0 + np.exp(2.0 * 0.5 * 1.645 * np.array([-1.0, 1.0]))))
     np.testing.assert_allclose([low, high], ends, rtol=0.03)
+
+
+@pytest.mark.parametrize("draws", [5, 10])
+def test_the_interval_contains_nine_of_ten_further_realisations(draws: int) -> None:
+    noise = NoiseModel({"z": ColumnNoise(1.0, NoiseSpectrum(1.0), log_sd=0.0)})
+    rng, inside = np.random.default_rng(2), []
+    for _ in range(400):
+        *known, further = 1.0 + 0.01 * rng.standard_normal(draws + 1)
+        mean, sd = float(np.mean(known)), float(np.std(known, ddof=1))
+        low, high = _interval(noise, [], [{"z": mean}], [{"z": mean}], sd, draws)
+        inside.append(low <= further <= high)
+    assert np.mean(inside) == pytest.approx(0.9, abs=0.035)
 
 
 def test_the_floor_from_the_noise_that_the_generator_added_is_the_estimated_one() -> None:

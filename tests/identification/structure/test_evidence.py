@@ -11,7 +11,13 @@ from scipy import stats
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult, as_normal, family_wise_test
+from railui.identification.structure.evidence import (
+    ScoreResult,
+    as_normal,
+    family_wise_test,
+    from_normal,
+    noncentrality,
+)
 
 CUBIC = Candidate("cubic_stiffness", "primary_lateral", None)
 FRICTION = Candidate("dry_friction", "primary_lateral", None)
@@ -92,11 +98,21 @@ def test_student_s_t_becomes_the_normal_variable_of_the_same_probability(t: floa
     assert as_normal(t, n) == pytest.approx(student_to_normal(t, n), rel=1e-12)
 
 
-@pytest.mark.parametrize("z", [0.5, 3.0])
-def test_an_amount_has_the_score_for_which_it_was_computed(z: float):
+@pytest.mark.parametrize("freedom", [1.0, 2.0, 5.0, 20.0, 200.0])
+@pytest.mark.parametrize("critical", [2.0, 4.0])
+def test_a_detectable_amount_is_found_nine_times_in_ten(critical: float, freedom: float):
+    t = from_normal(critical, freedom)
+    delta = noncentrality(t, freedom, stats.norm.ppf(0.9))
+    rng = np.random.default_rng(3)
+    drawn = (rng.standard_normal(200_000) + delta) / np.sqrt(rng.chisquare(freedom, 200_000) / freedom)
+    assert np.mean(drawn > t) == pytest.approx(0.9, abs=0.02)
+
+
+def test_a_detectable_amount_is_the_noncentrality_in_standard_deviations():
     found = result(SCORES, NORMS)
-    t = found.amount_of_score(z) * 10.0 / found.standard_deviation
-    assert student_to_normal(t, found.degrees_of_freedom) == pytest.approx(z)
+    freedom = found.degrees_of_freedom
+    delta = found.detectable_amount(3.0, 1.28) * found.norm / found.standard_deviation
+    assert delta == pytest.approx(noncentrality(from_normal(3.0, freedom), freedom, 1.28), rel=1e-12)
 
 
 def test_a_longer_run_repeats_the_blocks_and_scales_the_length():
