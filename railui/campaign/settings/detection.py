@@ -236,7 +236,7 @@ class SelectionSettings:
     )
     decisive_standard_errors: float = setting(
         3.0,
-        meaning="Standard errors by which the gain must then differ from zero.",
+        meaning="Standard errors by which the gain must then differ from zero, and where no score is significant.",
         provenance="conventional: three, since many candidates are tried",
     )
     runners_up: int = setting(

@@ -53,7 +53,8 @@ def free_groups(context: Context, fit: Fit) -> FreedGroups:
         if not paths:
             return FreedGroups(groups)
         freed = _freed_fit(context, fit, paths)
-    except SimulationError:  # the vehicle diverges at a point of the fit
+    except SimulationError as error:  # the vehicle diverges at a point of the fit
+        context.progress.message(f"  members of groups not freed: {error}")
         return _homogeneous(groups)
     unexplained = misfit_beyond_noise(context, fit.normal.rss, fit.normal.samples)
     if fit.normal.rss - freed.normal.rss < context.settings.verdict.min_explained_share * unexplained:

@@ -127,7 +127,7 @@ class StepwiseSelection:
             if stage is None:
                 break
             stages.append(stage)
-            if self._gains(stages[accepted], stage):
+            if self._gains(steps[accepted].score_test, stages[accepted], stage):
                 accepted = len(steps)
                 self.context.progress.event(ModelValidated("after", stage.validation))
                 floor = self._preliminary_floor(stage.fit)
@@ -180,7 +180,7 @@ class StepwiseSelection:
                 return None
             path.steps[base] = replace(step, pairs=search)
             stage = None if pairs is None else self._pair_stage(fit, pairs)
-            if pairs is None or stage is None or not self._gains(accepted, stage):
+            if pairs is None or stage is None or not self._gains(step.score_test, accepted, stage):
                 continue
             self.context.progress.event(ModelValidated("after", stage.validation))
             steps = [*path.steps[:base], *pair_steps(self.context, path.steps[base], pairs)]
@@ -227,8 +227,17 @@ class StepwiseSelection:
         draws = self.context.settings.validation.preliminary_floor_draws
         return estimate_noise_floor(self.context, fit.model, self.context.dataset.selection, draws)
 
-    def _gains(self, old: Stage, new: Stage) -> bool:
-        return gains(self.context, old, new)
+    def _gains(self, scores: ScoreTestResult, old: Stage, new: Stage) -> bool:
+        """True where a stage gains on the validation runs, clearly so without a significant score of the old one.
+
+        Without it an effect is the best of many on the validation runs.
+        """
+        if not gains(self.context, old, new):
+            return False
+        if scores.p <= self.context.settings.score_test.significance_level:
+            return True
+        gain, sd = old.validation.error_reduction(new.validation)
+        return gain > self.settings.decisive_standard_errors * sd
 
     def _validated(self, fit: Fit) -> Stage:
         return validated_stage(self.context, fit)
@@ -257,8 +266,8 @@ class StepwiseSelection:
         self.context.progress.message(f"  with {refit_text(chosen)}: NRMSE {stage.validation.nrmse:.4f}")
         can_gain = not self._is_adequate(accepted, floor)
         is_promising = can_gain and chosen.rss <= (1.0 - settings.trial_misfit_share) * current.normal.rss
-        if not self._gains(accepted, stage):
-            runner_up = self._runner_up(current, accepted, refits, chosen) if can_gain else None
+        if not self._gains(scores, accepted, stage):
+            runner_up = self._runner_up(current, scores, accepted, refits, chosen) if can_gain else None
             if runner_up is not None:
                 chosen, stage = runner_up
             elif on_trial or not is_promising:
@@ -267,7 +276,7 @@ class StepwiseSelection:
         return SelectionStep(scores, refits, replace(chosen, fit=stage.fit, block_errors=errors)), stage
 
     def _runner_up(
-        self, current: Fit, accepted: Stage, refits: Sequence[Refit], chosen: Refit
+        self, current: Fit, scores: ScoreTestResult, accepted: Stage, refits: Sequence[Refit], chosen: Refit
     ) -> tuple[Refit, Stage] | None:
         """Find the best of the next candidates that gains on the validation runs, where the first does not."""
         limit = (1.0 - self.context.settings.score_test.structured_rho2) * current.normal.rss
@@ -279,7 +288,9 @@ class StepwiseSelection:
             if stage is None:
                 continue
             self.context.progress.message(f"  with {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
-            if self._gains(accepted, stage) and (best is None or stage.validation.nrmse < best[1].validation.nrmse):
+            if self._gains(scores, accepted, stage) and (
+                best is None or stage.validation.nrmse < best[1].validation.nrmse
+            ):
                 best = refit, stage
         return best
 

@@ -13,6 +13,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import adapt_to_model, drop_states
 from railui.identification.prediction import SimulationError
+from railui.io.problems import FileProblems
 from railui.vehicle.effects import PlacedEffect
 
 KIND = "measured_force"
@@ -72,7 +73,7 @@ def estimate_force_points(
             max_iterations=MAX_ITERATIONS,
             stable=False,
         )
-    except SimulationError:
+    except (SimulationError, FileProblems):  # a point that the motion hardly visits may have a force beyond all limits
         return None
     sd_by_path = dict(zip(found.free.paths, found.sd, strict=True))
     paths = [f"{group}.{i}" for i in range(len(motion))]
