@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.identification.estimation.block_merging import independent_edges
 
 
 def ratio_standard_error(numerator: FloatArray, denominator: FloatArray) -> float:
-    """Compute the standard error of a ratio r = sum(x)/sum(y) over n independent blocks.
+    """Compute the standard error of a ratio r = sum(x)/sum(y) over n blocks.
 
-    It is sqrt(n/(n - 1) sum((x - r y)^2))/|sum(y)|.
+    It is sqrt(n/(n - 1) sum((x - r y)^2))/|sum(y)|. Blocks whose neighbours are correlated are merged first.
 
     Parameters
     ----------
@@ -37,4 +38,6 @@ def ratio_standard_error(numerator: FloatArray, denominator: FloatArray) -> floa
     if n < 2:
         return float("inf")
     scatter = numerator - numerator.sum() / total * denominator
+    scatter = np.add.reduceat(scatter, independent_edges(scatter[:, None]))
+    n = len(scatter)
     return float(np.sqrt(n / (n - 1) * np.sum(scatter**2)) / abs(total))

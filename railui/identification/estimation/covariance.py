@@ -6,13 +6,11 @@ import numpy as np
 from scipy import linalg, special
 
 from railui.arrays import FloatArray
+from railui.identification.estimation.block_merging import independent_edges
 
 MAX_LEVERAGE = 0.99  # of a block, in any direction of the parameters
 MIN_ESTIMATE_FREEDOM = 4.0  # degrees of freedom of Student's t: that of a handful of blocks
 TAIL = 0.95  # one end of a 90 % interval
-LEAST_MERGED = 8  # blocks that are left where neighbours are merged
-NEIGHBOUR_STANDARD_ERRORS = 2.0  # by which the correlation of neighbours exceeds zero where they are merged
-INDEPENDENT_PER_BLOCK = 2.0  # times over which the estimates are correlated, in a merged block
 
 
 def block_covariance(blocks: FloatArray, precision: FloatArray, variance: float) -> FloatArray:
@@ -46,23 +44,10 @@ def block_covariance(blocks: FloatArray, precision: FloatArray, variance: float)
 
 
 def merge_correlated_blocks(blocks: FloatArray, precision: FloatArray, variance: float) -> FloatArray:
-    """Merge neighbours where their parts in the estimates are correlated; parameters as for `block_covariance`.
-
-    An unmeasured force moves a lightly damped rig for its time of decay, whatever the share of the record in a block.
-    The correlation r of neighbours is the mean over the estimates; in noise its standard error is at most 1/sqrt(B). As
-    that of a first-order process it makes (1 + r)/(1 - r) blocks one independent one.
-    """
-    count = len(blocks)
-    if count <= LEAST_MERGED:
-        return blocks
+    """Merge neighbours where their parts in the estimates are correlated; parameters as for `block_covariance`."""
     scale, _, _, inverse = _scaled_to_unit_diagonal(blocks, precision, variance)
-    parts = (blocks[:, 1:, 0] * scale) @ inverse
-    power = np.maximum(np.sum(parts**2, axis=0), 1e-300)
-    r = float(np.mean(np.sum(parts[1:] * parts[:-1], axis=0) / power))
-    if r <= NEIGHBOUR_STANDARD_ERRORS / np.sqrt(count):
-        return blocks
-    left = max(int(count * (1.0 - r) / (1.0 + r) / INDEPENDENT_PER_BLOCK), LEAST_MERGED)
-    return np.add.reduceat(blocks, np.linspace(0, count, left, endpoint=False).astype(int), axis=0)
+    edges = independent_edges((blocks[:, 1:, 0] * scale) @ inverse)
+    return blocks if len(edges) == len(blocks) else np.add.reduceat(blocks, edges, axis=0)
 
 
 def block_degrees_of_freedom(blocks: FloatArray, precision: FloatArray, variance: float) -> FloatArray:

@@ -21,6 +21,7 @@ from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidate_scores import has_structure, run_score_test, scored_part
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.elimination import refit_text, remove_superfluous
+from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.exchange import exchange_effects
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.limiting_laws import replace_by_limits
@@ -237,7 +238,8 @@ class StepwiseSelection:
         if scores.p <= self.context.settings.score_test.significance_level:
             return True
         gain, sd = old.validation.error_reduction(new.validation)
-        return gain > self.settings.decisive_standard_errors * sd
+        freedom = max(len(old.validation.block_errors) - 1, 1)
+        return gain > from_normal(self.settings.decisive_standard_errors, freedom) * sd
 
     def _validated(self, fit: Fit) -> Stage:
         return validated_stage(self.context, fit)

@@ -7,8 +7,10 @@ import pytest
 from scipy.signal import lfilter
 
 from railui.arrays import FloatArray
+from railui.identification.estimation.block_merging import LEAST_MERGED
 from railui.identification.estimation.block_products import block_gram
-from railui.identification.estimation.covariance import LEAST_MERGED, block_covariance, merge_correlated_blocks
+from railui.identification.estimation.block_ratio import ratio_standard_error
+from railui.identification.estimation.covariance import block_covariance, merge_correlated_blocks
 
 NO_PRIOR = np.zeros(2)
 
@@ -48,3 +50,13 @@ def test_merged_blocks_have_the_same_sum() -> None:
     merged = merge_correlated_blocks(blocks, NO_PRIOR, 1.0)
     assert LEAST_MERGED <= len(merged) < len(blocks)
     np.testing.assert_allclose(merged.sum(axis=0), blocks.sum(axis=0), rtol=1e-12, atol=1e-6)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5])
+def test_the_standard_error_of_a_ratio_holds_for_correlated_blocks(memory: float) -> None:
+    rng, z = np.random.default_rng(7), []
+    for _ in range(300):
+        less = lfilter([1.0], [1.0, -memory], rng.standard_normal(160))[60:]
+        scale = 20.0 + rng.standard_normal(100)
+        z.append(less.sum() / scale.sum() / ratio_standard_error(less, scale))
+    assert np.sqrt(np.mean(np.square(z))) == pytest.approx(1.0, abs=0.25)
