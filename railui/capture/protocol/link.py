@@ -15,13 +15,18 @@ LINES = re.compile(rb"[^\n]*\n+|[^\n]+\Z")  # with all their line feeds: a row o
 
 @dataclass
 class LinkStatistics:
-    """Frames received on a link: valid, corrupt, invalid (with the first reasons) and truncated ones."""
+    """Frames received on a link: valid, corrupt, invalid (with the first reasons) and truncated ones.
+
+    undecoded: bytes since the last frame with a correct CRC; longest_undecoded: the most so far.
+    """
 
     frames: int = 0
     crc_errors: int = 0
     refused: int = 0
     truncated: int = 0
     reasons: list[str] = field(default_factory=list)
+    undecoded: int = 0
+    longest_undecoded: int = 0
 
     def add_refusal(self, reason: str) -> None:
         """Count an invalid frame."""
@@ -35,6 +40,8 @@ class LinkStatistics:
         self.crc_errors += other.crc_errors
         self.refused += other.refused
         self.truncated += other.truncated
+        self.undecoded = other.undecoded
+        self.longest_undecoded = max(self.longest_undecoded, other.longest_undecoded)
         self.reasons += [r for r in other.reasons if r not in self.reasons][: MAX_REASONS - len(self.reasons)]
 
 
@@ -48,6 +55,7 @@ class FrameSplitter:
         self.statistics = LinkStatistics()
         self._pending = b""
         self._is_overlong = False
+        self._corrupt_bytes = 0  # of corrupt and overlong frames since the last intact one
 
     @property
     def pending_bytes(self) -> int:
@@ -65,6 +73,7 @@ class FrameSplitter:
         for part in parts:
             if self._is_overlong or len(part) > max_bytes:
                 self._is_overlong = False
+                self._count_corrupt(len(part))
                 statistics.crc_errors += 1
                 continue
             if not part or part == b"\r":
@@ -72,18 +81,29 @@ class FrameSplitter:
             try:
                 frames.append(decode(part))
             except CorruptFrame:
+                self._count_corrupt(len(part))
                 statistics.crc_errors += 1
+                continue
             except InvalidFrame as error:
                 statistics.add_refusal(str(error))
+            self._corrupt_bytes = 0
         if len(self._pending) > max_bytes:
+            self._count_corrupt(len(self._pending))
             self._pending = b""
             self._is_overlong = True
         statistics.frames += len(frames)
+        statistics.undecoded = self._corrupt_bytes + len(self._pending)
         return frames
+
+    def _count_corrupt(self, size: int) -> None:
+        """Count bytes of a corrupt frame."""
+        self._corrupt_bytes += size
+        self.statistics.longest_undecoded = max(self.statistics.longest_undecoded, self._corrupt_bytes)
 
     def close(self) -> None:
         """End the stream; an incomplete frame counts as truncated."""
         self.statistics.truncated += bool(self._pending) or self._is_overlong
+        self._count_corrupt(len(self._pending))
         self._pending = b""
         self._is_overlong = False
 

@@ -12,6 +12,7 @@ from typing import Any
 import serial
 
 from railui.capture.recorder.journal import JOURNAL_FILE, Event, Journal, wall_clock
+from railui.capture.recorder.link_watch import LinkWatch
 from railui.capture.recorder.replay import RAW_FILE, Replay
 from railui.capture.recorder.run_files import DISK_FULL_ERRORS
 
@@ -19,6 +20,7 @@ DECODE_INTERVAL = 0.25  # s
 SYNC_INTERVAL = 1.0  # s
 READ_PAUSE = 0.02  # s in which bytes gather: the system buffers 4 kB of a serial line, 44 ms at 921600 baud
 READ_TIMEOUT = 0.2  # s
+MIN_SILENCE = 1.0  # s without a byte that the journal states
 REOPEN_INTERVAL = 0.25  # s between two attempts to open a port that is gone
 TICK_INTERVAL = 1.0  # s between two journal entries of the time
 MAX_BACKLOG_BYTES = 8 << 20  # in memory while the disk is full
@@ -66,6 +68,8 @@ class Recorder:
         self._events: list[Event] = []
         self._lock = threading.Lock()
         self._stop = threading.Event()
+        self._watch = LinkWatch(port, baud)
+        self._opened = self._last_byte = time.monotonic()
         self.replay = Replay(directory / RAW_FILE, directory)
         self._add_event("open", port=port, baud=baud, **wall_clock())
         self._threads = [
@@ -91,6 +95,14 @@ class Recorder:
         """End the recording; may be called from any thread or signal handler."""
         self._stop.set()
 
+    def link_fault(self) -> str | None:
+        """Return the likely cause where no bytes or no intact frames arrive at present, None otherwise."""
+        if self._port is None:  # its loss was reported
+            return None
+        now = time.monotonic()
+        link = self.replay.assembler.link_statistics()
+        return self._watch.check(self.replay.position, link, now - max(self._last_byte, self._opened), now)
+
     def add_marker(self, text: str) -> None:
         """Mark this instant."""
         self._add_event("marker", text=text)
@@ -105,10 +117,19 @@ class Recorder:
                 self._stop.wait(REOPEN_INTERVAL)
                 continue
             data = self._read()
+            if data:
+                self._end_silence()
             self._store(data)
             if data and time.monotonic() - last_tick >= TICK_INTERVAL:
                 last_tick = time.monotonic()
                 self._add_event("tick")
+
+    def _end_silence(self) -> None:
+        """State a silence that ends now in the journal."""
+        now = time.monotonic()
+        silence, self._last_byte = now - self._last_byte, now
+        if silence > MIN_SILENCE:
+            self._add_event("silent", seconds=round(silence, 3))
 
     def _read(self) -> bytes:
         port = self._port
@@ -131,6 +152,8 @@ class Recorder:
             self._port = self._open_port()
         except (serial.SerialException, OSError, ValueError):
             return False
+        self._watch = LinkWatch(self.port_name, self.baud)
+        self._opened = time.monotonic()
         self._add_event("reopen")
         self._on_message(f"{self.port_name} is there again: a new segment")
         return True
@@ -207,6 +230,7 @@ class Recorder:
         if self._port is not None:
             self._port.close()
         self._store(b"")
+        self._end_silence()
         self._add_event("close")
         self._decode()
         self._sync()

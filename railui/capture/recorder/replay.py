@@ -10,6 +10,7 @@ from typing import Any
 
 from railui.capture.recorder.clock import ClockFit, fit_clock
 from railui.capture.recorder.journal import JOURNAL_FILE, Event, read_journal
+from railui.capture.recorder.link_watch import MAX_SILENCE, MAX_UNDECODED_BYTES
 from railui.capture.recorder.run_files import RunFiles, run_file_name
 from railui.capture.recorder.session_assembler import SessionAssembler
 from railui.capture.recorder.sessions import LoggerSession, Rows
@@ -17,6 +18,7 @@ from railui.runs.clipping import ClippingWatch
 
 RAW_FILE = "raw.bin"
 CHUNK_BYTES = 1 << 16
+NO_SILENCE = (0.0, 0.0)  # s
 ClockPoint = tuple[
     int, float, float
 ]  # start of the logger, time of the newest sample [s], monotonic time of the host [s]
@@ -37,6 +39,8 @@ class Replay:
         Receiver of the rows of each session as they are decoded.
     clock_points
         Times of the logger and the host, per start of the logger.
+    silence
+        Longest time without a byte, and its end after the start of the recording [s]; None where no journal states it.
     wall_clock_anchor
         Calendar time and monotonic time of the host [s] at the start.
     """
@@ -49,6 +53,7 @@ class Replay:
         self.clock_points: list[ClockPoint] = []
         self.wall_clock_anchor: tuple[float, float] | None = None
         self.dropped_bytes = 0
+        self.silence: tuple[float, float] | None = None
         self.on_rows: Callable[[LoggerSession, Rows], None] = _ignore_rows
         self._clipping: dict[int, ClippingWatch] = {}
         self._events: deque[Event] = deque()
@@ -100,8 +105,12 @@ class Replay:
             self.assembler.add_marker(str(event.get("text", "")))
         elif kind == "dropped":
             self.dropped_bytes += int(event.get("bytes", 0))
+        elif kind == "silent" and self.wall_clock_anchor is not None:
+            end = float(event["mono"]) - self.wall_clock_anchor[1]
+            self.silence = max(self.silence or NO_SILENCE, (float(event["seconds"]), end))
         elif kind == "open" and "wall_s" in event:
             self.wall_clock_anchor = float(event["wall_s"]), float(event["mono"])
+            self.silence = NO_SILENCE
 
     # -- report
 
@@ -143,6 +152,8 @@ class Replay:
             "clock_jumps": counts.clock_jumps,
             "raw_bytes": self.position,
             "dropped_bytes": self.dropped_bytes,
+            "undecoded_bytes": statistics.longest_undecoded,
+            "silent_seconds": self.silence[0] if self.silence else None,
             "highest_queue": self.highest_queue,
             "segments": [self._session_report(s, clocks.get(s.start)) for s in self.assembler.sessions],
             "markers": [asdict(marker) for marker in self.assembler.markers],
@@ -197,10 +208,24 @@ class Replay:
                 )
         if self.dropped_bytes:
             notes.append(f"{self.dropped_bytes} bytes were lost while the disk was full")
-        if self.position and not self.assembler.link_statistics().frames:
+        return notes + self._link_notes()
+
+    def _link_notes(self) -> list[str]:
+        """Return notes on long silence and on bytes without an intact frame."""
+        notes = []
+        link = self.assembler.link_statistics()
+        silent, end = self.silence or NO_SILENCE
+        if silent > MAX_SILENCE:
+            notes.append(f"no byte came for {silent:.1f} s, from {end - silent:.1f} to {end:.1f} s after the start")
+        if self.position and not link.frames:
             notes.append(
                 f"{self.position} bytes without a valid frame: check the baud rate, and that the logger sends the "
                 "protocol of docs/wire.md"
+            )
+        elif link.longest_undecoded > MAX_UNDECODED_BYTES:
+            notes.append(
+                f"{link.longest_undecoded} bytes in a row without a valid frame: the link was unreadable, check the "
+                "cable and the logger"
             )
         return notes
 

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from railui.capture.recorder.record import Recorder
     from railui.capture.recorder.replay import Replay
 
-MAX_SILENCE = 5.0  # s without a byte before the user is asked to check the logger
-MAX_UNDECODED_SECONDS = 3.0  # of line capacity without a valid frame before the baud rate is questioned
 SUBCOMMANDS = {
     "campaign": "Build a campaign from recordings: sensor map, rail position, runs, campaign.yaml.",
     "decode": "Rebuild the runs of raw bytes.",
@@ -154,6 +152,11 @@ def record(
     except OSError:
         if recorder.disk_error is None:
             raise
+    if recorder.disk_error is None and not recorder.replay.assembler.counts.samples:
+        raise TemporaryError(
+            f"{directory}: no sample was decoded of {recorder.replay.position} bytes: check the logger, the port and "
+            "the baud rate, then record again"
+        )
     if recorder.disk_error is not None:
         is_full = recorder.disk_error.errno in DISK_FULL_ERRORS
         fault = "the disk is full" if is_full else f"the disk fails ({recorder.disk_error.strerror})"
@@ -190,11 +193,9 @@ def port_error(port: str, error: Exception) -> str:
 def _run(recorder: Recorder, seconds: float | None, call: Invocation) -> None:
     """Record until ctrl-c, a termination signal, or the end of the time."""
     import threading
-    import time
 
     if sys.stdin is not None and not sys.stdin.closed:
         threading.Thread(target=_read_markers, args=(recorder, call), name="markers", daemon=True).start()
-    start = time.monotonic()
     last_warning = None
     announced = 1
     clipped: set[tuple[int, str]] = set()
@@ -208,10 +209,10 @@ def _run(recorder: Recorder, seconds: float | None, call: Invocation) -> None:
                 if channel not in clipped:
                     call.info(f"segment {channel[0]}: {channel[1]} is clipped at {level}")
                     clipped.add(channel)
-            warning = _diagnose(replay, recorder, time.monotonic() - start)
+            warning = recorder.link_fault()
             if warning is not None and warning != last_warning:
-                call.info(warning)
-                last_warning = warning
+                call.warn([warning])
+            last_warning = warning
 
 
 @contextmanager
@@ -237,19 +238,6 @@ def _read_markers(recorder: Recorder, call: Invocation) -> None:
                 call.info(f"marked: {line.strip()}")
     except (OSError, ValueError):
         pass
-
-
-def _diagnose(replay: Replay, recorder: Recorder, elapsed: float) -> str | None:
-    """Return the likely cause if no bytes or no valid frames arrive, None otherwise."""
-    from railui.capture.protocol.load import BITS_PER_BYTE
-
-    if not replay.position:
-        question = f"is the logger on, and is {recorder.port_name} its port?"
-        return f"no byte has come in {MAX_SILENCE:g} s: {question}" if elapsed > MAX_SILENCE else None
-    limit = MAX_UNDECODED_SECONDS * recorder.baud / BITS_PER_BYTE
-    if replay.position > limit and not replay.assembler.link_statistics().frames:
-        return f"bytes arrive without a valid frame: is the logger set to {recorder.baud} baud?"
-    return None
 
 
 def _status_line(replay: Replay) -> str:
@@ -282,8 +270,10 @@ def recording_table(document: dict[str, Any]) -> Table:
     names = ("segment", "begins with", "logger", "rate [Hz]", "seconds", "samples", "missing", "gaps", "drift [ppm]")
     counts = ", ".join(
         f"{document[key]} {key.replace('_', ' ')}"
-        for key in ("frames", "lost", "crc_errors", "gaps", "reconnects", "restarts", "overruns")
+        for key in ("frames", "lost", "crc_errors", "gaps", "reconnects", "restarts", "overruns", "undecoded_bytes")
     )
+    if document["silent_seconds"]:
+        counts += f", {document['silent_seconds']:.1f} s silent"
     table = Table(*names, title="recording", title_justify="left", caption=counts, caption_justify="left")
     for i, s in enumerate(document["segments"], 1):
         length = "" if s["first"] is None else f"{s['last'] - s['first']:.1f}"

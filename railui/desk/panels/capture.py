@@ -154,6 +154,9 @@ recording under the cursor a role, estimation or validation; `C` builds the camp
 
     @on(ProgressEvent)
     def _on_status(self, message: ProgressEvent) -> None:
+        fault = message.event.link_fault
+        if fault and (self.status is None or self.status.link_fault != fault):
+            self.notify(fault, severity="warning")
         self.status = message.event
         self.show_status()
         self.show_rows()
@@ -209,7 +212,10 @@ recording under the cursor a role, estimation or validation; `C` builds the camp
             text.append("opening the port\n")
         elif status is not None:
             text.append(f"{status.device or 'waiting for data'}, {status.seconds:.1f} s\n")
-        text.append(self.lines[-1] if self.lines else "", "yellow")
+        if self.job is not None and status is not None and status.link_fault:
+            text.append(status.link_fault.partition(":")[0], "bold red")
+        else:
+            text.append(self.lines[-1] if self.lines else "", "yellow")
         return text
 
     def show_rows(self) -> None:

@@ -7,7 +7,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -32,7 +32,8 @@ class RecordingStatus:
     """Status of a recording: channels of the newest logger session and its rows of the last CHART_SECONDS.
 
     t [n] in s, values [n, channel]; rate in Hz; link_load is the used fraction of the serial link; full_scales: largest
-    value of each channel's numbers, NaN where they have no end; clipped: names of clipped channels.
+    value of each channel's numbers, NaN where they have no end; clipped: names of clipped channels; link_fault: likely
+    cause where no bytes or no intact frames arrive.
     """
 
     t: FloatArray
@@ -48,6 +49,7 @@ class RecordingStatus:
     device: str = ""
     full_scales: tuple[float, ...] = ()
     clipped: frozenset[str] = frozenset()
+    link_fault: str = ""
 
 
 class RecordingBuffer:
@@ -107,7 +109,7 @@ class DeskRecording:
             for replay in recorder.run():
                 if stop_requested.is_set():
                     recorder.stop()
-                yield recording_status(replay, buffer, self.baud)
+                yield replace(recording_status(replay, buffer, self.baud), link_fault=recorder.link_fault() or "")
             self.recorder = None
             self.report = write_capture_report(recorder.replay.report(), self.directory)
 

@@ -178,3 +178,15 @@ def test_first_valid_frame_decides_the_form() -> None:
     link.feed(b"\n" + text.encode_hello(0, TEXT))
     assert link.form == "text"
     assert link.feed(b"\0" + wire.encode_hello(0, BODY)) == []
+
+
+@pytest.mark.parametrize("step", [1, 7, 1000, 10**6])
+def test_bytes_without_an_intact_frame_are_counted_whatever_their_division(step: int) -> None:
+    hello, sample = wire.encode_hello(0, BODY), wire.encode_sample(LAYOUT, 1, 5000, bytes(12))
+    data = hello + b"\x81" * 20_000 + b"\0" + b"\x82" * 500 + b"\0" + sample + b"\x83" * 300
+    link = Link()
+    for start in range(0, len(data), step):
+        link.feed(data[start : start + step])
+    assert link.statistics.frames == 2
+    assert (link.statistics.undecoded, link.statistics.longest_undecoded) == (300, 20_500)
+    assert link.close().longest_undecoded == 20_500

@@ -20,6 +20,8 @@ import railui
 from railui.capture.formats import read_recordings
 from railui.capture.protocol import wire
 from railui.capture.protocol.frames import Channel
+from railui.capture.protocol.link import LinkStatistics
+from railui.capture.recorder.link_watch import MAX_SILENCE, MAX_UNDECODED_BYTES, LinkWatch
 from railui.capture.recorder.record import Recorder
 from railui.capture.recorder.replay import decode
 from railui.capture.simulator.terminal import PseudoTerminal, play
@@ -225,8 +227,61 @@ def test_wrong_baud_rate_gives_a_warning_and_no_data(tmp_path: Path) -> None:
         child = start_recorder(player.add("port", logger), out, "--baud", "9600")
         wait_until(lambda: (out / "raw.bin").exists() and (out / "raw.bin").stat().st_size > 20_000)
         _, narration = interrupt(child)
+    assert child.returncode == 3 and "no sample was decoded" in narration
     assert "9600 baud" in narration and capture_report(out)["samples"] == 0 and not list(out.glob("run_*"))
     assert any("baud rate" in note for note in capture_report(out)["notes"])
+
+
+def test_link_that_becomes_unreadable_is_reported(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with running_logger(tmp_path / "port", "--seconds", "20", "--pace", "6", "--misbehave", "garble=3"):
+        child = start_recorder(tmp_path / "port", out)
+        wait_until(lambda: (out / "raw.bin").exists() and (out / "raw.bin").stat().st_size > 80_000)
+        _, narration = interrupt(child)
+    report = capture_report(out)
+    assert child.returncode == 0 and report["samples"] > 0 and "warning: the link has become unreadable" in narration
+    assert report["undecoded_bytes"] > 40_000 and any("in a row without a valid" in note for note in report["notes"])
+    assert decode(out / "raw.bin", tmp_path / "again").report()["undecoded_bytes"] == report["undecoded_bytes"]
+
+
+def test_link_that_falls_silent_is_reported(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with LoggerPlayer(tmp_path) as player:
+        child = start_recorder(player.add("port", small_logger()), out)
+        wait_until(lambda: row_count(out) > 100)
+        with player._lock:
+            time.sleep(MAX_SILENCE + 1.5)
+        wait_until(lambda: row_count(out) > 300)
+        _, narration = interrupt(child)
+    report = capture_report(out)
+    assert child.returncode == 0 and "warning: the link is silent" in narration
+    assert report["silent_seconds"] > MAX_SILENCE and any("no byte came for" in note for note in report["notes"])
+    assert decode(out / "raw.bin", tmp_path / "again").report()["silent_seconds"] == report["silent_seconds"]
+
+
+def test_a_sound_link_has_no_fault(tmp_path: Path) -> None:
+    messages: list[str] = []
+    with LoggerPlayer(tmp_path) as player:
+        port = player.add("port", small_logger(damage=0.05))
+        report = railui.record(str(port), tmp_path / "out", seconds=2.5, on_message=messages.append)
+    assert report["samples"] > 100 and 0 < report["undecoded_bytes"] < 500 and report["silent_seconds"] == 0.0
+    assert not messages and not report["notes"]
+
+
+def test_watch_reports_silence_and_unreadable_bytes_of_slow_loggers() -> None:
+    watch, link = LinkWatch("/dev/x", 115200), LinkStatistics(frames=5)
+    assert watch.check(500, link, 0.1, 0.0) is None
+    assert watch.check(500, link, MAX_SILENCE + 0.1, 5.0) == (
+        "the link is silent: no byte has come in 5 s: is the logger on, and is /dev/x its port?"
+    )
+    link.undecoded = 30
+    assert "silent" in (watch.check(530, link, 90.0, 99.9) or "")
+    assert watch.check(530, link, 0.1, 100.0) is None and watch.check(560, link, 0.1, 109.0) is None
+    assert "unreadable" in (watch.check(800, link, 0.1, 111.0) or "")
+    link.frames, link.undecoded = 6, 12
+    assert watch.check(900, link, 0.1, 112.0) is None
+    link.undecoded = MAX_UNDECODED_BYTES + 1
+    assert "unreadable" in (watch.check(20_000, link, 0.1, 113.0) or "")
 
 
 def test_missing_port_gives_the_exit_code_retry_later(tmp_path: Path) -> None:

@@ -82,6 +82,27 @@ async def test_a_logger_on_a_serial_line_is_recorded_and_replayed(
         assert panel.playback is None and not timeline.display
 
 
+async def test_a_link_that_falls_silent_is_named_while_it_is_recorded(
+    open_desk: OpenDesk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("railui.capture.recorder.link_watch.MAX_SILENCE", 0.5)
+    (tmp_path / "ports").mkdir()
+    async with open_desk() as keys:
+        panel = keys.desk.query_one(CapturePanel)
+        await keys.press("escape", "f6")
+        with LoggerPlayer(tmp_path / "ports") as player:
+            panel.port = str(player.add("logger", small_logger()))
+            await keys.pilot.press("s")
+            await keys.wait_until(lambda: panel.status is not None and panel.status.counts["samples"] > 100)
+            assert "link is silent" not in panel._port_text().plain
+            with player._lock:
+                await keys.wait_until(lambda: "the link is silent" in panel._port_text().plain)
+            await keys.wait_until(lambda: "link is silent" not in panel._port_text().plain)
+            await keys.pilot.press("k")
+            await keys.wait_until(lambda: panel.job is None)
+
+
 async def test_a_strip_is_interrupted_at_a_gap_and_a_meter_names_clipping() -> None:
     t = np.delete(np.arange(400) / 200, slice(100, 200))
     values = np.clip(np.sin(9 * t) * 40, -32.767, 32.767)[:, None]
