@@ -13,6 +13,7 @@ import serial
 
 from railui.capture.recorder.journal import JOURNAL_FILE, Event, Journal, wall_clock
 from railui.capture.recorder.link_watch import LinkWatch
+from railui.capture.recorder.port import open_port
 from railui.capture.recorder.replay import RAW_FILE, Replay
 from railui.capture.recorder.run_files import DISK_FULL_ERRORS
 
@@ -159,7 +160,7 @@ class Recorder:
         return True
 
     def _open_port(self) -> serial.Serial:
-        return serial.Serial(self.port_name, self.baud, timeout=READ_TIMEOUT, exclusive=True)
+        return open_port(self.port_name, self.baud, READ_TIMEOUT)
 
     def _store(self, data: bytes) -> None:
         """Write bytes to the disk; while it is full or fails, keep up to `MAX_BACKLOG_BYTES` in memory."""

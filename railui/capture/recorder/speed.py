@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import threading
 import time
@@ -89,7 +88,7 @@ def _send(terminal: PseudoTerminal, data: bytes, baud: int) -> None:
     start = time.monotonic()
     for i in range(0, len(data), step):
         time.sleep(max(start + i / bytes_per_second - time.monotonic(), 0.0))
-        os.write(terminal.master, data[i : i + step])
+        terminal.write(data[i : i + step])
     time.sleep(DRAIN_TIME)
 
 

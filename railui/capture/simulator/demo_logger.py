@@ -17,6 +17,8 @@ POLL_INTERVAL: Final = 0.05  # s
 class DemoLogger:
     """Context in which `railui capture logger` runs; `port` is the name of its port.
 
+    The logger holds a pipe from this process and ends when that closes, also by the sudden end of this process.
+
     Raises
     ------
     RuntimeError
@@ -30,10 +32,21 @@ class DemoLogger:
     def __enter__(self) -> Self:
         self._home = tempfile.TemporaryDirectory(prefix="railui-demo-")
         port = Path(self._home.name) / "logger"
-        words = [sys.executable, "-m", "railui", "capture", "logger", "--link", str(port), "-q", "--seed"]
+        words = [
+            sys.executable,
+            "-m",
+            "railui",
+            "capture",
+            "logger",
+            "--link",
+            str(port),
+            "-q",
+            "--until-eof",
+            "--seed",
+        ]
         null = subprocess.DEVNULL
         self._child = subprocess.Popen(
-            [*words, str(self.seed)], start_new_session=True, stdin=null, stdout=null, stderr=null
+            [*words, str(self.seed)], start_new_session=True, stdin=subprocess.PIPE, stdout=null, stderr=null
         )
         self.port = str(port)
         deadline = time.monotonic() + START_TIMEOUT
@@ -47,4 +60,6 @@ class DemoLogger:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._child.terminate()
         self._child.wait()
+        if self._child.stdin is not None:
+            self._child.stdin.close()
         self._home.cleanup()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import select
 import sys
 import termios
 import time
@@ -16,7 +17,12 @@ from railui.capture.simulator.logger import SimulatedLogger
 POLL_INTERVAL = 0.02  # s
 EMPTY_POLLS = 10  # consecutive polls that must find the terminal empty
 DRAIN_TIMEOUT = 30.0  # s for a reader to take the last bytes
+READER_TIMEOUT = 10.0  # s in which a reader takes nothing before it counts as absent
 MIN_SLEEP = 0.005  # s
+
+
+class ReaderAbsent(Exception):
+    """No reader has taken bytes for the given time."""
 
 
 class PseudoTerminal:
@@ -30,6 +36,7 @@ class PseudoTerminal:
     def plug(self) -> None:
         """Open the terminal and link its name to it."""
         self.master, self.slave = os.openpty()
+        os.set_blocking(self.master, False)
         tty.setraw(self.slave)
         new_link = self.link.with_name(f".{self.link.name}.new")
         new_link.unlink(missing_ok=True)
@@ -37,8 +44,9 @@ class PseudoTerminal:
         new_link.replace(self.link)
 
     def unplug(self) -> None:
-        """Remove the name and close the terminal."""
-        self.link.unlink(missing_ok=True)
+        """Remove the name, unless another logger has taken it, and close the terminal."""
+        if self.link.is_symlink() and os.readlink(self.link) == os.ttyname(self.slave):
+            self.link.unlink(missing_ok=True)
         os.close(self.slave)
         os.close(self.master)
 
@@ -69,10 +77,17 @@ class PseudoTerminal:
             empty_polls = 0 if self.unread_bytes() else empty_polls + 1
             time.sleep(POLL_INTERVAL)
 
-    def write(self, data: bytes) -> None:
-        """Write all data, blocking while the reader is behind."""
+    def write(self, data: bytes, timeout: float = float("inf")) -> None:
+        """Write all data, waiting while the reader is behind; ReaderAbsent if it takes nothing for a time [s]."""
+        deadline = time.monotonic() + timeout
         while data:
-            data = data[os.write(self.master, data) :]
+            try:
+                data = data[os.write(self.master, data) :]
+                deadline = time.monotonic() + timeout
+            except BlockingIOError:
+                if time.monotonic() > deadline:
+                    raise ReaderAbsent from None
+                select.select([], [self.master], [], POLL_INTERVAL)
 
 
 def _always() -> bool:
@@ -86,6 +101,7 @@ def play(
     pace: float = 1.0,
     unplugged_seconds: float = 1.0,
     should_continue: Callable[[], bool] = _always,
+    reader_timeout: float = float("inf"),
 ) -> None:
     """Send everything a logger transmits.
 
@@ -101,6 +117,13 @@ def play(
         Time between unplugging the cable and plugging it in [s].
     should_continue
         Function that ends the transmission early by returning False.
+    reader_timeout
+        Time without a reader after which the transmission ends [s].
+
+    Raises
+    ------
+    ReaderAbsent
+        If no reader takes bytes for that time.
     """
     start = time.monotonic()
     for when, data in logger.transmit():
@@ -110,7 +133,7 @@ def play(
         if not should_continue():
             return
         if data:
-            terminal.write(data)
+            terminal.write(data, reader_timeout)
         else:
             terminal.unplug()
             time.sleep(unplugged_seconds)

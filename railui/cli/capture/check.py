@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from railui.capture.protocol.load import LineLoad
 
 LISTEN_TIMEOUT = 12.0  # s: two hellos
+READ_TIMEOUT = 0.2  # s
 MIN_SAMPLES = 100  # after which the samples per frame are known
 TYPE_LETTERS = {"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "float32": "f"}
 
@@ -49,15 +50,14 @@ def line_on_port(port: str, baud: int) -> Line:
     """Return the line of a logger that sends on a port; TemporaryError where the port or the logger is missing."""
     import time
 
-    import serial
-
+    from railui.capture.recorder.port import open_port
     from railui.capture.recorder.session_assembler import SessionAssembler
     from railui.cli.capture import port_error
     from railui.io.problems import TemporaryError
 
     assembler = SessionAssembler()
     try:
-        with serial.Serial(port, baud, timeout=0.2, exclusive=True) as line:
+        with open_port(port, baud, READ_TIMEOUT) as line:
             deadline = time.monotonic() + LISTEN_TIMEOUT
             while time.monotonic() < deadline:
                 assembler.feed(line.read(max(1, line.in_waiting)))

@@ -34,6 +34,7 @@ SAMPLING_RATE = 200.0  # Hz
 @click.option("--misbehave", metavar="NAME=VALUE,...", default="", help="drop=0.01,damage=0.01,unplug=5,restart=8, ...")
 @click.option("--once", is_flag=True, help="Play once; by default the run is repeated.")
 @click.option("--now", is_flag=True, help="Begin at once, not when the port is opened (as loggers that reset then).")
+@click.option("--until-eof", is_flag=True, hidden=True, help="End when stdin is closed.")
 @common_options
 def command(
     link: str | None,
@@ -48,6 +49,7 @@ def command(
     misbehave: str,
     once: bool,
     now: bool,
+    until_eof: bool,
     call: Invocation,
 ) -> None:
     """Play a simulated run as a logger on the bogie would send it, until ctrl-c.
@@ -60,13 +62,16 @@ def command(
     pause, huge_hello (claims 65535 channels), garble (as at a wrong baud rate). seed: seed of the random faults.
     """
     import json
+    import math
     import tempfile
 
     from railui.capture import simulator
     from railui.capture.protocol import text as text_form
     from railui.capture.protocol import wire
-    from railui.capture.simulator.terminal import DRAIN_TIMEOUT, PseudoTerminal, play
+    from railui.capture.simulator.terminal import DRAIN_TIMEOUT, READER_TIMEOUT, PseudoTerminal, ReaderAbsent, play
 
+    if until_eof:
+        _end_with_stdin()
     source = Path(design) if design else Path(simulator.__file__).with_name("demo.yaml")
     logger = _build_logger(source, track, speed, seconds, call.seed or 0, noise)
     logger = dataclasses.replace(
@@ -80,15 +85,31 @@ def command(
         try:
             if not now:
                 terminal.await_reader(text_form.DELIMITER if text else wire.DELIMITER)
-            play(logger, terminal, pace)
+            play(logger, terminal, pace, reader_timeout=READER_TIMEOUT if once else math.inf)
             while not once:
                 play(dataclasses.replace(logger, faults=_parse_faults("")), terminal, pace)
             terminal.await_empty(DRAIN_TIMEOUT)
+        except ReaderAbsent:
+            call.info(f"ended early: nobody has read {terminal.link} for {READER_TIMEOUT:g} s")
         finally:
             terminal.unplug()
             sent = dataclasses.asdict(logger.sent_counts)
             call.write_json(call.document("capture_logger", {"sent": sent}, [source]))
             call.show(json.dumps(sent))
+
+
+def _end_with_stdin() -> None:
+    """End this process as by ctrl-c when stdin is closed, as at the end of the process that holds its other end."""
+    import os
+    import signal
+    import threading
+
+    def await_eof() -> None:
+        while os.read(0, 1):
+            pass
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    threading.Thread(target=await_eof, name="stdin", daemon=True).start()
 
 
 def _build_logger(source: Path, track: str, speed: float, seconds: float, seed: int, noise: float) -> SimulatedLogger:
