@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -72,9 +72,9 @@ def load_study(
     _check_draws(cases, design, findings)
     if findings.errors() or design is None or model is None:
         raise FileProblems(findings.errors())
-    _warn_of_fixed_transfer(
-        design, variables, [*(each.key for each in objectives), *(each.key for each in constraints)], findings
-    )
+    keys = [*(each.key for each in objectives), *(each.key for each in constraints)]
+    for path, message, remedy in fixed_transfer_warnings(design, [variable.path for variable in variables], keys):
+        findings.warn(f"variables.{path}", message, remedy)
     warn_of_superseded(design, [variable.path for variable in variables], findings, "variables.")
     study = Study(
         name=model.name or source.stem,
@@ -112,17 +112,23 @@ def _check_draws(cases: Mapping[str, Any], design: Design | None, findings: Find
         findings.add(path, f"the vehicle has {most} samples of its parameters", f"give {most} or fewer")
 
 
-def _warn_of_fixed_transfer(
-    design: Design, variables: Sequence[Variable], keys: Sequence[str], findings: Findings
-) -> None:
-    """Warn of lateral secondary parameters that vary with an objective or constraint of comfort, without a carbody."""
+def fixed_transfer_warnings(design: Design, paths: Iterable[str], keys: Iterable[str]) -> list[tuple[str, str, str]]:
+    """Return path, message and remedy for lateral secondary parameters that vary with comfort but without a carbody.
+
+    Parameters
+    ----------
+    design
+        Vehicle of the study.
+    paths
+        Parameters that vary.
+    keys
+        Results in objectives and constraints.
+    """
     found = fixed_transfer(design)
     if found is None or COMFORT_KEYS.isdisjoint(keys):
-        return
+        return []
     quantity, remedy = found
-    for variable in variables:
-        if variable.path in LATERAL_SECONDARY:
-            findings.warn(f"variables.{variable.path}", f"varies, but comfort is the {quantity}", remedy)
+    return [(path, f"varies, but comfort is the {quantity}", remedy) for path in paths if path in LATERAL_SECONDARY]
 
 
 def _cases(model: CasesModel, scenarios: tuple[Mapping[str, Any], ...], *, has_default_seed: bool) -> Cases:

@@ -26,7 +26,7 @@ from railui.desk.panels.plan_panel import PlanPanel
 from railui.desk.panels.search_view import SearchView
 from railui.desk.panels.shelf_page import ShelfPage
 from railui.desk.presenters.search_history import GenerationSummary, SearchHistory
-from railui.desk.presenters.search_plots import warnings_text
+from railui.desk.presenters.search_plots import study_warnings
 from railui.desk.services.jobs import BackgroundJob
 from railui.desk.services.search_job import run_search
 from railui.desk.state.plan import Plan
@@ -153,6 +153,7 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
             self.show_status()
             return
         self.history = SearchHistory(self.plan)
+        self.history.study_warnings = study_warnings(study.warnings)
         directory = Path(self.plan.directory).expanduser()
         self.job = BackgroundJob(self, "search", lambda job: run_search(job, study, directory))
         self.search_view.show_history(self.history)
@@ -176,8 +177,6 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
         self.history.result = result
         self.post_message(PartChanged("search"))
         self.search_view.set_activity(f"finished: {len(result['pareto'])} designs on the front")
-        if result["warnings"]:
-            self.notify(warnings_text(result["warnings"]), severity="warning", timeout=8)
         self.search_view.show_all()
         self.show_status()
         if result["knee"] is not None:

@@ -17,7 +17,7 @@ DETAILS: Final = ("search-quality", "parallel", "search-displacement", "search-c
 PARTS: Final = (FRONT, TABLE, *DETAILS)
 DETAIL_COLUMNS: Final = 46  # of the details, right of the front
 MIN_COLUMNS_WITH_DETAILS: Final = 132
-MIN_TABLE_ROWS: Final = 10  # with border and headings
+MIN_TABLE_ROWS: Final = 9  # with border and headings
 TABLE_SHARE: Final = 0.38  # of the height, on the page of the front
 
 

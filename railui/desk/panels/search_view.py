@@ -10,7 +10,7 @@ from rich.text import Text
 from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
-from textual.containers import Grid, Vertical
+from textual.containers import Grid, Vertical, VerticalScroll
 from textual.message import Message
 from textual.widgets import Static
 
@@ -30,6 +30,7 @@ from railui.desk.presenters.search_plots import (
     fresh_comparison,
     fresh_text,
     plan_text,
+    warnings_text,
 )
 from railui.desk.services.jobs import BackgroundJob, LatestJobRunner
 from railui.desk.state.plan import Plan
@@ -75,10 +76,13 @@ class SearchView(Vertical):
         self.selected: dict[str, float] | None = None  # variables of the design that was selected last
         self.results: Comparison | None = None  # its results and those of the nominal design
         self.pins: list[Pin] = []
+        self._warnings: tuple[list[str], bool] | None = None  # in the list, in one line on the page of the front
         self.result_runner = LatestJobRunner(self, "results")
 
     def compose(self) -> ComposeResult:
         yield Pane("Search", id="search-status")
+        with VerticalScroll(id="search-warnings", classes="pane"):
+            yield Static(id="search-warnings-text")
         with Grid(id="search-parts"):
             yield Plot(NO_PLOT, "Pareto front", id="front")
             yield Table("Designs on the front", "no design yet", id="designs")
@@ -127,7 +131,22 @@ class SearchView(Vertical):
         self.job = job
         self._show_status()
 
+    def _show_warnings(self) -> None:
+        """Show all warnings of the search, or of the plan before one; none take no room."""
+        warnings = self.history.warnings if self.history else self.plan.warnings() if self.plan else []
+        if (warnings, self.is_front_page) == self._warnings:
+            return
+        self._warnings = warnings, self.is_front_page
+        box = self.query_one("#search-warnings")
+        box.display = bool(warnings)
+        box.set_class(self.is_front_page, "one-line")
+        count = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings"
+        set_titles(box, count, "tab: all of them")
+        head = f"{count}, tab shows all: " if self.is_front_page else ""
+        self.query_one("#search-warnings-text", Static).update(Text(head + warnings_text(warnings), "yellow"))
+
     def _show_status(self) -> None:
+        self._show_warnings()
         pane = self.query_one("#search-status", Static)
         plan = self.history.plan if self.history else self.plan
         if plan is None:
@@ -278,6 +297,7 @@ class SearchView(Vertical):
         """Show the page of the front, with its table in focus, or the overview next to the plan."""
         self.is_front_page = is_front_page
         self.view = 0
+        self._show_warnings()
         self.arrange_parts()
         if is_front_page:
             self.designs.focus()

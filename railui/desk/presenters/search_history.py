@@ -51,8 +51,14 @@ class SearchHistory:
         self.plan = plan
         self.generations: list[GenerationSummary] = []
         self.result: dict[str, Any] | None = None
+        self.study_warnings: list[str] = []
         self._on_front = np.zeros(0, dtype=np.intp)  # feasible designs that no other dominates
         self._feasible_count = 0
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the study, and of the result once there is one."""
+        return [*self.study_warnings, *(self.result["warnings"] if self.result is not None else ())]
 
     def add(self, generation: GenerationSummary) -> bool:
         """Add a generation; return False if it contains no new evaluations."""
@@ -155,6 +161,7 @@ def search_content(history: SearchHistory) -> dict[str, Any]:
     return {
         "generations": [to_json_value(vars(generation)) for generation in history.generations],
         "result": to_json_value(history.result),
+        "study_warnings": history.study_warnings,
     }
 
 
@@ -173,6 +180,7 @@ def restore_search(plan: Plan, content: Mapping[str, Any]) -> SearchHistory:
         summary = GenerationSummary(x, objectives, constraints, feasible, *counts, baseline, limited)
         history.append(summary)
     history.result = content["result"]
+    history.study_warnings = list(content.get("study_warnings", ()))
     return history
 
 

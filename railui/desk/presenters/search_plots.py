@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from textwrap import shorten
 from typing import Final
 
 import numpy as np
@@ -17,13 +16,12 @@ from railui.desk.presenters.search_history import SearchHistory
 from railui.desk.state.plan import Plan, objective_unit
 from railui.desk.widgets.axis import Axis
 from railui.desk.widgets.plot_data import Line, PlotData
-from railui.execution.outputs import REPORT_FILE
 from railui.io.number_format import format_quantity, typeset
+from railui.io.problems import Problem
 from railui.optimisation.front import hypervolumes
 from railui.track.excitation import is_track_file
 from railui.vehicle.design_reader import Design
 
-MAX_WARNING: Final = 110  # characters, of two lines with the name of the report
 PATH: Final = re.compile(r"[a-z]\w*(?:\.\w+)+")  # of a parameter
 
 # plots
@@ -80,14 +78,17 @@ def _variables_text(design: Design, values: dict[str, float]) -> str:
 
 
 def warnings_text(warnings: Sequence[str]) -> str:
-    """Return the first warning of a result in two lines, and where all of them are.
+    """Return the warnings of a study and of its result, one per line, with short names of the parameters.
 
     >>> warnings_text(["the knee is at the lower bound of vehicle.primary.lateral_stiffness, 1 MN/m"])
-    'the knee is at the lower bound of lateral stiffness primary, 1 MN/m (all in report.html)'
+    '! the knee is at the lower bound of lateral stiffness primary, 1 MN/m'
     """
-    count = f"{len(warnings)} warnings: " if len(warnings) > 1 else ""
-    text = PATH.sub(lambda match: short_path(match[0]), warnings[0])
-    return f"{shorten(count + text, MAX_WARNING, placeholder=' ...')} (all in {REPORT_FILE})"
+    return "\n".join(f"! {PATH.sub(lambda match: short_path(match[0]), text)}" for text in warnings)
+
+
+def study_warnings(problems: Sequence[Problem]) -> list[str]:
+    """Return the warnings of a study without their positions in its file."""
+    return [f"{p.key.removeprefix('variables.')} {p.message}: {p.remedy}".strip().removesuffix(":") for p in problems]
 
 
 def fresh_text(history: SearchHistory, index: int) -> str:

@@ -17,7 +17,7 @@ from railui.io.yaml_writer import YamlWriter
 from railui.optimisation.response_keys import NUMERIC_KEYS as KNOWN_KEYS
 from railui.optimisation.response_keys import RESPONSE_KEYS
 from railui.optimisation.study import Study
-from railui.optimisation.study_reader import load_study
+from railui.optimisation.study_reader import CONSTRAINT_PATTERN, fixed_transfer_warnings, load_study
 from railui.track import parse_spec
 from railui.vehicle.design_reader import Design
 from railui.vehicle.parameters import PARAMETERS
@@ -70,11 +70,14 @@ class Plan:
 
     @classmethod
     def for_design(cls, design: Design, track: str, speed: float) -> Plan:
-        """Return a default plan that varies the springs and dampers of a design."""
+        """Return a default plan that varies the springs and dampers of a design that its comfort follows."""
         springs = [p for p in DEFAULT_VARIABLES if design.values.get(p, 0.0) > 0]
         if not springs:  # a vehicle of bodies and elements
             ends = ("_stiffness", "_damping")
             springs = [p for p, value in design.values.items() if p.endswith(ends) and value > 0]
+        keys = [objective.split()[-1] for objective, _ in cls.objectives]
+        idle = {path for path, *_ in fixed_transfer_warnings(design, springs, keys)}
+        springs = [path for path in springs if path not in idle] or springs
         bounds = {path: default_bounds(design, path) for path in springs[: len(DEFAULT_VARIABLES)]}
         name = design.source.stem if design.source else "design"
         spec = " ".join(word for word in track.split() if not word.startswith("seed="))
@@ -109,6 +112,14 @@ class Plan:
     def file_stem(self) -> str:
         """Name of the plan in the names of files."""
         return Path(self.directory).name or "design"
+
+    def warnings(self) -> list[str]:
+        """Return the warnings on variables that comfort does not follow."""
+        matches = [CONSTRAINT_PATTERN.match(text) for text in self.constraints]
+        keys = [*(objective.split()[-1] for objective, _ in self.objectives), *(m[1] for m in matches if m)]
+        return [
+            f"{path} {what}: {remedy}" for path, what, remedy in fixed_transfer_warnings(self.design, self.bounds, keys)
+        ]
 
     def unit(self, path: str) -> str:
         """Return the unit of a variable."""

@@ -10,13 +10,15 @@ from textual.widgets import Static
 
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
+from railui.desk.presenters.search_history import restore_search, search_content
 from railui.desk.presenters.search_plots import mean_sd_text
 from railui.desk.state.plan import Plan
 from railui.desk.widgets.form import Form
 from railui.desk.widgets.plot import Plot
 from railui.desk.widgets.table import Table
 from railui.execution.session import status
-from tests.desk.conftest import STIFFNESS, OpenDesk
+from railui.vehicle.design_reader import load_design
+from tests.desk.conftest import REPOSITORY, STIFFNESS, OpenDesk
 
 pytestmark = pytest.mark.asyncio
 
@@ -43,6 +45,34 @@ async def test_a_study_is_searched_and_a_design_taken_within_four_keys(open_desk
         assert design.draft.design.value(STIFFNESS) == x[at, 0]
         assert design.draft.base.value(STIFFNESS) == 3e6
         assert (study.parent / "railui-study/springs/knee.yaml").exists()
+
+
+async def test_the_warnings_of_study_and_result_stay_on_both_pages(open_desk: OpenDesk, study: Path) -> None:
+    async with open_desk(study, size=(160, 48)) as keys:
+        panel = keys.desk.query_one(OptimisePanel)
+        box, text = panel.query_one("#search-warnings"), panel.query_one("#search-warnings-text", Static)
+        assert box.display and "lateral damping secondary varies, but comfort" in str(text.content)  # of the plan
+        await keys.press("s")
+        await keys.wait_until(lambda: panel.result is not None)
+        for _ in range(2):
+            assert box.display and (box.region.height == 1) == panel.search_view.is_front_page
+            assert "lateral damping secondary varies" in str(text.content)
+            assert "no objective or constraint evaluates a curve" in str(text.content)
+            await keys.press("f")
+        assert panel.history is not None and panel.plan is not None
+        again = restore_search(panel.plan, search_content(panel.history))
+        assert again.warnings == panel.history.warnings and len(again.warnings) >= 2
+
+
+async def test_the_default_plan_has_no_variable_that_comfort_does_not_follow() -> None:
+    bogie, coach = (load_design(REPOSITORY / f"designs/{name}.yaml") for name in ("test_bogie", "manchester_coach"))
+    plan = Plan.for_design(bogie, "erri_b176_low", 40.0)
+    assert not plan.warnings() and "vehicle.secondary.lateral_damping" not in plan.bounds
+    assert "vehicle.secondary.yaw_damping" in plan.bounds
+    assert plan.with_variable("vehicle.secondary.lateral_damping").warnings()
+    comfortless = replace(plan, objectives=(("maximise flange_margin", "worst"),))
+    assert not comfortless.with_variable("vehicle.secondary.lateral_damping").warnings()
+    assert len(Plan.for_design(coach, "erri_b176_low", 40.0).bounds) == 4  # its carbody follows
 
 
 async def test_a_stopped_search_is_resumed(open_desk: OpenDesk, study: Path) -> None:
