@@ -19,7 +19,8 @@ from railui.vehicle.parameters import FORMS, PARAMETERS, nest
 def design_text(design: Design, directory: str | Path | None = None) -> str:
     """Return a design as a complete YAML file.
 
-    Every number is in SI with all its digits; comments give symbols and units.
+    Every number is in SI with all its digits; comments give symbols and units. The adjustment names the parameters that
+    still have their estimates.
 
     Parameters
     ----------
@@ -34,8 +35,8 @@ def design_text(design: Design, directory: str | Path | None = None) -> str:
     _write_load_states(writer, design)
     if design.effects:
         writer.items("effects", [effect.entry() for effect in design.effects])
-    if design.adjustment is not None:
-        _write_adjustment(writer, design.adjustment)
+    if (adjustment := design.present_adjustment) is not None:
+        _write_adjustment(writer, adjustment)
     return writer.text()
 
 

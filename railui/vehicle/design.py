@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from math import isclose
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,8 @@ from railui.vehicle.profiles_following import follow_profiles, parse_use
 from railui.vehicle.sensors import vehicle_columns
 
 __all__ = ["Adjustment", "Design", "RidingSettings"]
+
+SAME_VALUE = 1e-9  # relative: a number that was written in another unit and read again
 
 
 @dataclass(frozen=True)
@@ -241,6 +244,27 @@ class Design:
         if self.profiles is not None:
             changed, entries = follow_profiles(self, changed, changes, entries, findings)
         return changed._with_effect_entries(entries, findings)
+
+    def is_set_by_hand(self, path: str) -> bool:
+        """Return whether an estimated parameter no longer has its estimate, or no longer exists."""
+        adjustment = self.adjustment
+        if adjustment is None or path not in adjustment.names or not adjustment.estimates:
+            return False
+        estimate = adjustment.estimates[adjustment.names.index(path)]
+        try:
+            return not isclose(self.value(path), estimate, rel_tol=SAME_VALUE)
+        except ValueError:
+            return True
+
+    @property
+    def present_adjustment(self) -> Adjustment | None:
+        """Adjustment of the parameters that still have their estimates: others have no deviation; None without any."""
+        if self.adjustment is None:
+            return None
+        numbers = [i for i, name in enumerate(self.adjustment.names) if not self.is_set_by_hand(name)]
+        if len(numbers) == len(self.adjustment.names):
+            return self.adjustment
+        return self.adjustment.restricted(numbers) if numbers else None
 
     def detached(self) -> Design:
         """Return the same design whose contact parameters no longer follow its profiles."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Adjustment:
         Their covariance, row by row [SI].
     samples
         Deviations from the design's values [SI], a row per vehicle that reproduces the measured motions about as well.
+    estimates
+        Estimated values [SI]; empty where they are unknown.
     """
 
     campaign: str
@@ -42,3 +45,14 @@ class Adjustment:
     names: tuple[str, ...]
     covariance: tuple[tuple[float, ...], ...]
     samples: tuple[tuple[float, ...], ...] = ()
+    estimates: tuple[float, ...] = field(default=(), compare=False, repr=False)
+
+    def restricted(self, numbers: Sequence[int]) -> Adjustment:
+        """Return the adjustment of some of its parameters, by their numbers in `names`."""
+        return replace(
+            self,
+            names=tuple(self.names[i] for i in numbers),
+            covariance=tuple(tuple(self.covariance[i][j] for j in numbers) for i in numbers),
+            samples=tuple(tuple(row[i] for i in numbers) for row in self.samples),
+            estimates=tuple(self.estimates[i] for i in numbers) if self.estimates else (),
+        )

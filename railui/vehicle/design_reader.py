@@ -211,7 +211,8 @@ def _add_adjustment(design: Design, model: Any, findings: Findings) -> Design:
     _check_covariance(given.covariance, len(given.names), findings)
     _check_samples(given.samples, len(given.names), findings)
     covariance, samples = tuple(map(tuple, given.covariance)), tuple(map(tuple, given.samples))
-    adjustment = Adjustment(given.campaign, given.sha256, tuple(given.names), covariance, samples)
+    estimates = tuple(design.value(name) if name in known else math.nan for name in given.names)
+    adjustment = Adjustment(given.campaign, given.sha256, tuple(given.names), covariance, samples, estimates)
     return replace(design, adjustment=adjustment)
 
 

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from railui.documents.saving import design_text
 from railui.io.problems import FileProblems, Problem
 from railui.io.units import UnitError, parse_unit
 from railui.io.yaml_document import parse_yaml
@@ -281,6 +282,18 @@ def test_an_adjustment_holds_names_and_covariance(bogie: str) -> None:
     assert adjustment is not None
     assert adjustment.names == ("contact.spin_creep", "vehicle.frame.mass")
     assert adjustment.covariance == ((1e-4, 0.5), (0.5, 2500.0))
+
+
+def test_a_changed_number_is_no_estimate(bogie: str) -> None:
+    samples = ADJUSTED.replace("}\n", ", samples: [[1e-3, 20], [-1e-3, 30]]}\n") % "[[1e-4, 0.5], [0.5, 2500]]"
+    design = parse_design(bogie + samples)
+    assert design.present_adjustment is design.adjustment
+    changed = design.with_values({"vehicle.frame.mass": 1.01 * design.value("vehicle.frame.mass")})
+    present = changed.present_adjustment
+    assert changed.is_set_by_hand("vehicle.frame.mass") and not changed.is_set_by_hand("contact.spin_creep")
+    assert present is not None and present.names == ("contact.spin_creep",)
+    assert (present.covariance, present.samples) == (((1e-4,),), ((1e-3,), (-1e-3,)))
+    assert parse_design(design_text(changed)).adjustment == present
 
 
 @pytest.mark.parametrize(

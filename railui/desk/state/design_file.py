@@ -62,7 +62,7 @@ class FileChanged(ValueError):
 
 def is_same_design(a: Design, b: Design) -> bool:
     """True if two designs run alike and are of the same calibration."""
-    return a.content() == b.content() and a.adjustment == b.adjustment
+    return a.content() == b.content() and a.present_adjustment == b.present_adjustment
 
 
 def prepare_file(design: Design, path: Path, template: Path | None, read_sha256: str | None) -> PreparedFile:
@@ -111,7 +111,7 @@ def _edited(design: Design, path: Path, template: Path) -> tuple[str, Design] | 
         for _ in range(MAX_EDITS):
             if is_same_design(saved, design):
                 return text, saved
-            if saved.kind != design.kind or saved.adjustment != design.adjustment:
+            if saved.kind != design.kind or saved.adjustment != design.present_adjustment:
                 return None
             text = edit_values(text, differences(design, saved), str(path))
             saved = read_back(text, path)

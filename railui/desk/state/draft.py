@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from math import sqrt
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,8 +13,9 @@ from railui.desk.state.form_rows import Field, number_field
 from railui.desk.state.history import History
 from railui.desk.state.run_conditions import RunConditions
 from railui.io.atomic import sha256_file, write_text
+from railui.io.number_format import format_quantity, typeset
 from railui.io.yaml_document import parse_yaml, read_text
-from railui.vehicle.design_reader import Design, load_design
+from railui.vehicle.design_reader import Adjustment, Design, load_design
 from railui.vehicle.effects import PlacedEffect
 from railui.vehicle.parameter import Parameter
 from railui.vehicle.parameters import PARAMETERS, SETTINGS, setting_paths
@@ -252,6 +254,8 @@ class Draft:
     def _source(self, p: Parameter) -> str:
         calibration = self.design.adjustment
         if calibration is not None and p.path in calibration.names:
+            if self.design.is_set_by_hand(p.path):
+                return f"set by hand (estimate {_estimate_text(calibration, p)})"
             return f"calibrated on {calibration.campaign}"
         if p.path in self.line_numbers and self.path is not None:
             return f"{self.path.name}:{self.line_numbers[p.path]}"
@@ -268,6 +272,13 @@ class Draft:
             return f"{profiles.wheel.stem} on {profiles.rail.stem}, sd {1e3 * sd:g} mm"
         is_scaled = profiles.use == "table" and path.endswith(("conicity", "gravitational_stiffness"))
         return "typed: scales the table of the profiles" if is_scaled else "typed: differs from the profiles"
+
+
+def _estimate_text(calibration: Adjustment, p: Parameter) -> str:
+    """Return the estimate of a parameter with its standard deviation."""
+    i = calibration.names.index(p.path)
+    sd = sqrt(max(calibration.covariance[i][i], 0.0))
+    return typeset(f"{format_quantity(calibration.estimates[i], p.unit)} +/- {format_quantity(sd, p.unit, 2)}")
 
 
 def _name(path: str) -> str:

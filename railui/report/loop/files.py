@@ -53,15 +53,17 @@ def calibrated_design(result: LoopResult) -> Design:
     campaign, fit = result.dataset.campaign, result.after
     estimated = [i for i, p in enumerate(fit.free.paths) if p in set(fit.model.design.paths())]
     covariance = fit.covariance[np.ix_(estimated, estimated)]
+    first = result.dataset.estimation[0].segment_key
+    model = fit.model.on_segment(first.name, first.middle)  # phases of the first run, the design's load
+    names = tuple(fit.free.paths[i] for i in estimated)
     adjustment = Adjustment(
         campaign.name,
         campaign.sha256,
-        tuple(fit.free.paths[i] for i in estimated),
+        names,
         _as_rows(0.5 * (covariance + covariance.T)),
         _as_rows(_rounded(fit.samples[:, estimated])) if fit.samples.size else (),
+        tuple(model.design.value(name) for name in names),
     )
-    first = result.dataset.estimation[0].segment_key
-    model = fit.model.on_segment(first.name, first.middle)  # phases of the first run, the design's load
     return replace(model.design, name=f"{campaign.design.name}, calibrated on {campaign.name}", adjustment=adjustment)
 
 

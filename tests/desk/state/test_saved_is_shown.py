@@ -17,6 +17,7 @@ from railui.desk.state.design_file import CHANGED, EXISTS, REWRITTEN, FileChange
 from railui.desk.state.draft import Draft
 from railui.desk.state.run_conditions import RunConditions
 from railui.desk.state.session_parts import form_content, restore_form
+from railui.documents.saving import design_text
 from railui.io.problems import FileProblems
 from railui.ride_quality.evaluation import ride
 from railui.vehicle.design_reader import Adjustment, Design, load_design
@@ -116,14 +117,19 @@ class Session:
         """End the process and restore the form."""
         before, was_modified = self.draft.design, self.draft.is_modified
         self.draft = restore_form(form_content(self.draft))
-        assert self.draft.design.content() == before.content() and self.draft.design.adjustment == before.adjustment
+        assert (
+            self.draft.design.content() == before.content()
+            and self.draft.design.present_adjustment == before.present_adjustment
+        )
         assert self.draft.is_modified == was_modified
 
     def check_file(self) -> None:
         """Compare the file with the form: contents, calibration, and names."""
         assert self.draft.path is not None
         saved = load_design(self.draft.path)
-        assert saved.content() == self.draft.design.content() and saved.adjustment == self.draft.design.adjustment
+        assert (
+            saved.content() == self.draft.design.content() and saved.adjustment == self.draft.design.present_adjustment
+        )
 
 
 def actions() -> st.SearchStrategy[tuple[Any, ...]]:
@@ -183,6 +189,25 @@ def test_a_design_of_a_calibrated_front_is_saved_with_contact_and_effects(bogie:
     assert saved.content() == design.content() and saved.effects[-1].kind == "free_play"
     assert saved.value("contact.leading.conicity") == design.value("contact.leading.conicity")
     assert saved.adjustment == design.adjustment
+
+
+def test_a_number_set_by_hand_has_no_deviation(bogie: Path) -> None:
+    bogie.write_text(design_text(calibrated(load_design(bogie))))
+    draft = Draft.load(bogie)
+    adjustment = draft.design.adjustment
+    assert adjustment is not None and draft.design.present_adjustment == adjustment
+    kept, changed = adjustment.names
+    draft.set(changed, 1.2 * draft.design.value(changed))
+    sources = {field.path: field.source for field in draft.fields()}
+    assert sources[kept] == "calibrated on a campaign"
+    assert sources[changed].startswith("set by hand (estimate ") and "+/-" in sources[changed]
+    saved = load_design(draft.save_as(bogie.with_name("other.yaml"))).adjustment
+    assert saved is not None and saved.names == (kept,) and saved.covariance == ((1e-4,),)
+    draft.undo()
+    assert not draft.design.is_set_by_hand(changed)
+    draft.set(kept, 1.2 * draft.design.value(kept))
+    draft.set(changed, 1.2 * draft.design.value(changed))
+    assert load_design(draft.save_as(bogie.with_name("third.yaml"))).adjustment is None
 
 
 def test_an_existing_file_is_not_replaced_without_a_question(bogie: Path) -> None:
