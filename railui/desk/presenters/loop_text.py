@@ -183,6 +183,19 @@ def multiple_shooting_note(report: Mapping[str, Any]) -> str:
 def _parameter_text(path: str, row: Mapping[str, Any]) -> str:
     """Return a parameter with its standard deviation, or with the parameters it is combined with."""
     if row["word"] == COMBINED:
-        return f"{short_path(path)} (with {' and '.join(short_path(p) for p in row['with'])})"
+        return f"{_quantity_name(path)} (with {' and '.join(_quantity_name(p) for p in row['with'])})"
     sd = row["relative_sd"]
-    return short_path(path) if sd is None or row["word"] == UNSEEN else f"{short_path(path)} {100 * sd:.2g} %"
+    name = _quantity_name(path)
+    return name if sd is None or row["word"] == UNSEEN else f"{name}: {100 * sd:.2g} %"
+
+
+def _quantity_name(path: str) -> str:
+    """Return the name of a parameter, that of an effect with its number from 1.
+
+    >>> _quantity_name("effects.0.half_width"), _quantity_name("vehicle.wheel_load")
+    ('half-width of effect 1', 'wheel load')
+    """
+    group, number, key = [*path.split(".", 2), "", ""][:3]
+    if group != "effects" or not number.isdecimal():
+        return short_path(path)
+    return f"{key.replace('_', ' ').replace('half width', 'half-width')} of effect {int(number) + 1}"

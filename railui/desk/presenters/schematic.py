@@ -130,7 +130,7 @@ def schematic_plot(parts: Sequence[Part], motion: Motion, factor: float, rails: 
                 lines.append(Line(x, -across, label, series_role(k)))
                 label = ""
     x_axis = Axis("x, forward", "m", low=-extent, high=extent)
-    return PlotData(x_axis, Axis("y, to the left", "m", low=-width, high=width), lines)
+    return PlotData(x_axis, Axis("-y, left side up", "m", low=-width, high=width), lines)
 
 
 def _kind(part: Part) -> str:

@@ -53,6 +53,7 @@ async def test_a_map_shows_what_ride_computes_and_its_cursor_sets_the_form(open_
         vehicle.draw()
         upper = vehicle.query_one("#schematic", Plot)
         assert vehicle.mode is not None and vehicle.mode.name in str(upper.border_title)
+        assert upper.data.y.name == "-y, left side up"  # y is to the right
         before = upper.data.lines[2].y
         await keys.pilot.press("p")
         await keys.wait_until(lambda: vehicle.seconds > 0.1)
