@@ -131,10 +131,30 @@ def fleet_status(fleet: str | Path, out: str | Path | None = None, since: str | 
     document: dict[str, Any] = json.loads(file.read_text("utf-8"))
     if since is not None:
         first = read_time(since)
+        _check_kind_of_day(since, document)
         document["alarms"] = [row for row in document["alarms"] if read_time(row["raised"]) >= first]
         for section in document["sections"]:
             section["alarms"] = [row for row in section["alarms"] if read_time(row["raised"]) >= first]
     return document
+
+
+def _check_kind_of_day(since: str, document: dict[str, Any]) -> None:
+    """Raise UnitError for a date where the fleet numbers its days, and for a number where it has dates."""
+    from railui.io.units import UnitError
+
+    times = [row["last_run"] for row in document["vehicles"]] + [row["raised"] for row in document["alarms"]]
+    known = next((time for time in times if time is not None), None)
+    if known is not None and _is_number(known) != _is_number(since):
+        kind, remedy = ("numbers of days", "a number such as") if _is_number(known) else ("dates", "a date such as")
+        raise UnitError(f"{since!r} is none of the days of this fleet, which has {kind}", f"write {remedy} {known}")
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def fleet_block_means(fleet: str | Path, out: str | Path | None = None) -> list[BlockMeans]:

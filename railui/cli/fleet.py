@@ -77,7 +77,7 @@ def run(fleet_file: str, out: str | None, scheduler: str | None, loops: int, cal
 @command.command("status")
 @click.argument("fleet_file", metavar="FLEET")
 @click.option("-o", "--out", metavar="DIR", help="Directory of the results; railui-fleet next to the file by default.")
-@click.option("--since", metavar="DATE", help="Alarms raised on this day or later.")
+@click.option("--since", metavar="DAY", help="Alarms raised on this day or later: a date, or the number of a day.")
 @common_options
 def status(fleet_file: str, out: str | None, since: str | None, call: Invocation) -> None:
     """Report the last results of `railui fleet run`.
@@ -133,9 +133,8 @@ def _show(call: Invocation, document: Mapping[str, Any]) -> None:
         call.show(f"left out for {len(runs['left_out']) - MAX_REASONS} other reasons: see fleet.json")
     verdicts = [row["verdict"] for row in vehicles]
     counted = ", ".join(f"{name} {verdicts.count(name)}" for name in sorted(set(verdicts)))
-    call.show(
-        f"verdicts: {counted or '-'}; {document['false_alarms_per_vehicle_month']:g} false alarms per vehicle-month"
-    )
+    rate = f"stated rate {document['false_alarms_per_vehicle_month']:g} false alarms per vehicle-month"
+    call.show(f"verdicts: {counted or '-'}; {rate}")
     if document["alarms"]:
         call.show(_alarm_table(document))
     raised = [(row["section"], alarm) for row in document["sections"] for alarm in row["alarms"]]
@@ -155,17 +154,20 @@ def _alarm_table(document: Mapping[str, Any]) -> Table:
                 a["vehicle"],
                 a["verdict"],
                 a["quantity"],
-                _change(a),
+                _change_text(a["relative_change"], a["change"]),
+                _change_text(a.get("relative_total_change"), a.get("total_change")),
                 "-" if onset is None else onset["day"],
                 limit_day(a["limit"]),
             )
         )
     return make_table(
-        ("raised", "vehicle", "verdict", "quantity", "change", "onset", "limit reached"), rows, title="alarms"
+        ("raised", "vehicle", "verdict", "quantity", "change", "in total", "onset", "limit reached"),
+        rows,
+        title="alarms",
     )
 
 
-def _change(alarm: Mapping[str, Any]) -> str:
-    if alarm["relative_change"] is not None:
-        return f"{100 * alarm['relative_change']:+.1f} %"
-    return "-" if alarm["change"] is None else f"{alarm['change']:+.3g}"
+def _change_text(relative: float | None, change: float | None) -> str:
+    if relative is not None:
+        return f"{100 * relative:+.1f} %"
+    return "-" if change is None else f"{change:+.3g}"

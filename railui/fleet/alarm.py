@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -37,8 +38,13 @@ class Alarm:
         Share of the explainable deviance that the best explanation reaches.
     change, change_sd
         Size of the change over the runs since its onset: relative to the nominal value for a parameter.
+    total_change, total_change_sd
+        The same from the level before the first alarm of the quantity since maintenance.
     course
         Course of its quantity up to the block `until`; None where that is not followed.
+    reference
+        Crossing before which the levels count that the course is compared with: the first one of the quantity since
+        maintenance, or that of the alarm where no single ramp fits both changes.
     index
         Column of the quantity in the observations; None: not followed.
     files
@@ -54,17 +60,24 @@ class Alarm:
     explained: float
     change: float
     change_sd: float
+    total_change: float
+    total_change_sd: float
     course: Course | None
+    reference: Crossing
     index: int | None
     files: tuple[str, ...]
 
 
 def explain_alarm(
-    data: Observations, monitor: Monitor, crossing: Crossing, settings: FleetSettings, until: int | None = None
+    data: Observations,
+    monitor: Monitor,
+    crossing: Crossing,
+    settings: FleetSettings,
+    earlier: Sequence[Alarm] = (),
 ) -> Alarm:
     """Explain a crossing of a vehicle by its runs since the change began.
 
-    until: last block of the course; that of the crossing by default.
+    earlier: alarms before this one, in their order.
     """
     v, first, last = crossing.subject, crossing.started, crossing.block
     of_vehicle = (data.vehicle == v) & (monitor.block_of_run <= last)
@@ -76,6 +89,10 @@ def explain_alarm(
     names = [q.name for q in data.quantities]
     name = chosen.name if chosen is not None else names[crossing.quantities[0]]
     index = names.index(name)
+    begin = _first_crossing(data, monitor, crossing, index, earlier)
+    change = (float("nan"), float("nan")) if chosen is None else (chosen.change, chosen.sd)
+    total = change if begin is crossing or chosen is None else _change_since(data, monitor, crossing, begin, index)
+    course, reference = _course(data, monitor, crossing, begin, index, settings)
     return Alarm(
         crossing,
         data.vehicles[v],
@@ -84,12 +101,61 @@ def explain_alarm(
         name,
         alternatives,
         attribution.explained,
-        float("nan") if chosen is None else chosen.change,
-        float("nan") if chosen is None else chosen.sd,
-        course_of(data, monitor, crossing, index, last if until is None else until),
+        *change,
+        *total,
+        course,
+        reference,
         index,
         tuple(data.files[i] for i in runs),
     )
+
+
+def _first_crossing(
+    data: Observations, monitor: Monitor, crossing: Crossing, index: int, earlier: Sequence[Alarm]
+) -> Crossing:
+    """Return the first crossing of a vehicle that changed a quantity, without maintenance of it up to this one."""
+    own = (data.vehicle == crossing.subject) & (monitor.block_of_run <= crossing.block)
+    first = crossing
+    for alarm in reversed(earlier):
+        runs = own & (monitor.block_of_run > alarm.crossing.started)
+        if alarm.crossing.subject != crossing.subject or alarm.index != index:
+            continue
+        if np.ptp(data.unit[runs, index]) > 0:
+            break
+        first = alarm.crossing
+    return first
+
+
+def _change_since(
+    data: Observations, monitor: Monitor, crossing: Crossing, begin: Crossing, index: int
+) -> tuple[float, float]:
+    """Return the change over the runs since the onset from the levels before another crossing, and its deviation."""
+    v, first = crossing.subject, crossing.started
+    blocks = np.arange(first + 1, crossing.block + 1)
+    blocks = blocks[np.isfinite(monitor.value[blocks, v, index])]
+    weight = (blocks - first) / np.sum(blocks - first)
+    use = mean_use(data, monitor, v, index, blocks)
+    levels = monitor.levels[min(begin.started + 1, begin.block)]
+    a, b, aa, ab, bb = (float(getattr(levels, x)[v, index]) for x in ("a", "b", "aa", "ab", "bb"))
+    late = float(weight @ use)
+    change = float(weight @ (monitor.value[blocks, v, index] - (a + b * use)))
+    variance = float(weight**2 @ monitor.spread[blocks, v, index] ** 2)
+    return change, float(np.sqrt(variance + max(aa + 2.0 * late * ab + late**2 * bb, 0.0)))
+
+
+def _course(
+    data: Observations, monitor: Monitor, crossing: Crossing, begin: Crossing, index: int, settings: FleetSettings
+) -> tuple[Course | None, Crossing]:
+    """Return the course since the first crossing of a quantity, unless no ramp fits it, and the crossing it refers to.
+
+    A ramp over all blocks has more of them than one since the last alarm, whose level is that of few blocks and was
+    itself on the ramp.
+    """
+    if begin is not crossing:
+        course = course_of(data, monitor, begin, index, crossing.block)
+        if course is not None and course.probability >= settings.misfit_probability:
+            return course, begin
+    return course_of(data, monitor, crossing, index, crossing.block), crossing
 
 
 def _attribution(data: Observations, monitor: Monitor, crossing: Crossing, runs: NDArray[np.int64]) -> Attribution:
@@ -150,8 +216,19 @@ def course_of(data: Observations, monitor: Monitor, crossing: Crossing, index: i
     blocks = np.arange(max(0, crossing.started - BEFORE), until + 1)
     use = mean_use(data, monitor, v, index, blocks)
     deviation = monitor.value[blocks, v, index] - (levels.a[v, index] + levels.b[v, index] * use)
-    middle = 0.5 * (monitor.start[blocks] + monitor.start[blocks + 1])
-    return fit_course(middle, deviation, monitor.spread[blocks, v, index])
+    late = float(use.mean())
+    aa, ab, bb = (float(getattr(levels, x)[v, index]) for x in ("aa", "ab", "bb"))
+    level_sd = float(np.sqrt(max(aa + 2.0 * late * ab + late**2 * bb, 0.0)))
+    return fit_course(_mean_time(data, monitor, v, blocks), deviation, monitor.spread[blocks, v, index], level_sd)
+
+
+def _mean_time(data: Observations, monitor: Monitor, vehicle: int, blocks: NDArray[np.int64]) -> FloatArray:
+    """Mean time [day] of the runs of a vehicle in blocks, the middle of one without a run."""
+    runs = np.flatnonzero((data.vehicle == vehicle) & np.isin(monitor.block_of_run, blocks))
+    at = np.searchsorted(blocks, monitor.block_of_run[runs])
+    count = np.bincount(at, minlength=len(blocks))
+    total = np.bincount(at, weights=data.time[runs], minlength=len(blocks))
+    return np.where(count > 0, total / np.maximum(count, 1), 0.5 * (monitor.start[blocks] + monitor.start[blocks + 1]))
 
 
 def mean_use(data: Observations, monitor: Monitor, vehicle: int, index: int, blocks: NDArray[np.int64]) -> FloatArray:

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy import special
 
 from railui.arrays import FloatArray
 
 QUANTILE: Final = 1.6449  # of a 90 % interval
 PROFILE: Final = QUANTILE**2  # increase of the sum of squares at the ends of a 90 % interval
-GRID: Final = 60  # onsets that are tried
+GRID: Final = 600  # onsets that are tried
 DRAWS: Final = 2000
 
 
@@ -29,6 +30,12 @@ class Course:
         Change so far.
     onsets, weights
         Onsets [n] that were tried, and their likelihood.
+    rates, rate_sds, bases
+        Rates, their standard deviations, and bases [n] of these onsets.
+    couplings, base_sd
+        Fall of the base per rate [n], and its standard deviation where the rate is known.
+    probability
+        Of a misfit at least as large, if the values follow a ramp.
     """
 
     onset: float
@@ -42,6 +49,10 @@ class Course:
     weights: FloatArray
     rates: FloatArray
     rate_sds: FloatArray
+    bases: FloatArray
+    couplings: FloatArray
+    base_sd: float
+    probability: float
 
 
 @dataclass(frozen=True)
@@ -54,8 +65,8 @@ class Arrival:
     probability: float
 
 
-def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray) -> Course | None:
-    """Fit a ramp to deviations from the expected value, whose mean before the onset is zero.
+def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray, base_sd: float = 0.0) -> Course | None:
+    """Fit a ramp to deviations from the expected value, whose mean before the onset is a base of about zero.
 
     Parameters
     ----------
@@ -63,6 +74,8 @@ def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray) -> Course | None:
         Days, increasing.
     y, sd : array [n]
         Deviations and their standard deviations.
+    base_sd : float
+        Standard deviation of the base: of the level that the deviations refer to.
 
     Returns
     -------
@@ -71,8 +84,8 @@ def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray) -> Course | None:
 
     Notes
     -----
-    For every onset the rate follows by weighted least squares, r = sum w x y / sum w x^2; the onsets are weighted by
-    their profile likelihood, exp(-S / 2 s^2), and those with S - S_min <= 1.645^2 s^2 make its 90 % interval
+    For every onset base and rate follow by weighted least squares, the base with a normal prior; the onsets are
+    weighted by their profile likelihood, exp(-S / 2 s^2), and those with S - S_min <= 1.645^2 s^2 make the interval
     (Y. Pawitan, In All Likelihood, Oxford 2001, ch. 3). The standard deviation of the rate adds what the onset
     leaves open.
     """
@@ -82,9 +95,14 @@ def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray) -> Course | None:
         return None
     onsets = np.linspace(t[0], t[-1], GRID, endpoint=False)
     ramps = np.maximum(t - onsets[:, None], 0.0)
-    information = np.sum((ramps / sd) ** 2, axis=1)
-    rates = np.sum(ramps * y / sd**2, axis=1) / np.maximum(information, 1e-300)
-    squares = np.sum(((y - rates[:, None] * ramps) / sd) ** 2, axis=1)
+    weight = 1.0 / sd**2
+    base_variance = 1.0 / (weight.sum() + 1.0 / base_sd**2) if base_sd > 0.0 else 0.0
+    couplings = base_variance * (ramps @ weight)
+    information = ramps**2 @ weight - couplings * (ramps @ weight)
+    rates = (ramps @ (weight * y) - couplings * (weight @ y)) / np.maximum(information, 1e-300)
+    bases = base_variance * (weight @ y) - couplings * rates
+    squares = np.sum(((y - rates[:, None] * ramps - bases[:, None]) / sd) ** 2, axis=1)
+    squares += (bases / base_sd) ** 2 if base_sd > 0.0 else 0.0
     noise = max(float(squares.min()) / max(len(t) - 2, 1), 1.0)
     weights = np.exp(-0.5 * (squares - squares.min()) / noise)
     weights /= weights.sum()
@@ -108,6 +126,10 @@ def fit_course(t: FloatArray, y: FloatArray, sd: FloatArray) -> Course | None:
         weights,
         rates,
         sds,
+        bases,
+        couplings,
+        float(np.sqrt(noise * base_variance)),
+        float(special.chdtrc(len(t) - 2, squares.min())),
     )
 
 
@@ -125,9 +147,11 @@ def arrival(course: Course, low: float, high: float, seed: int = 0) -> Arrival:
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, 71]))
     at = rng.choice(len(course.onsets), size=DRAWS, p=course.weights)
-    rates = course.rates[at] + course.rate_sds[at] * rng.standard_normal(DRAWS)
+    excess = course.rate_sds[at] * rng.standard_normal(DRAWS)
+    rates = course.rates[at] + excess
+    bases = course.bases[at] - course.couplings[at] * excess + course.base_sd * rng.standard_normal(DRAWS)
     with np.errstate(divide="ignore"):
-        durations = np.where(rates > 0.0, high / rates, np.where(rates < 0.0, low / rates, np.inf))
+        durations = np.where(rates > 0.0, (high - bases) / rates, np.where(rates < 0.0, (low - bases) / rates, np.inf))
     days = course.onsets[at] + durations
     low, middle, high = np.quantile(days, [0.05, 0.5, 0.95], method="nearest")
     return Arrival(float(middle), float(low), float(high), float(np.mean(np.isfinite(days))))

@@ -55,8 +55,10 @@ def assess_type(fleet: Fleet, vehicle_type: VehicleType, data: Observations) -> 
     events = [(data.vehicles.index(e.vehicle), e) for e in fleet.events if e.vehicle in data.vehicles]
     renewed = [e.time for e in fleet.events if e.section in data.sections and e.section]
     monitor = monitor_fleet(data, fleet.settings, events, renewed)
-    alarms = tuple(explain_alarm(data, monitor, crossing, fleet.settings) for crossing in monitor.alarms)
-    return TypeState(vehicle_type, data, monitor, alarms)
+    alarms: list[Alarm] = []
+    for crossing in monitor.alarms:
+        alarms.append(explain_alarm(data, monitor, crossing, fleet.settings, alarms))
+    return TypeState(vehicle_type, data, monitor, tuple(alarms))
 
 
 def fleet_document(fleet: Fleet, states: list[TypeState], loops: Mapping[str, str] | None = None) -> dict[str, Any]:
@@ -135,6 +137,9 @@ def alarm_row(fleet: Fleet, state: TypeState, alarm: Alarm, loops: Mapping[str, 
         "change": alarm.change * quantity.scale,
         "change_sd": alarm.change_sd * quantity.scale,
         "relative_change": alarm.change if quantity.kind == PARAMETER else None,
+        "total_change": alarm.total_change * quantity.scale,
+        "total_change_sd": alarm.total_change_sd * quantity.scale,
+        "relative_total_change": alarm.total_change if quantity.kind == PARAMETER else None,
         "unit": _unit(state.type, quantity),
         "onset": _onset(course, is_date),
         "rate_per_month": None if course is None else course.rate * DAYS_PER_MONTH * quantity.scale,
@@ -196,7 +201,7 @@ def _present_design(fleet: Fleet, state: TypeState, alarm: Alarm) -> Design:
 
 def _expected_value(state: TypeState, alarm: Alarm) -> float:
     """Value of the alarm's quantity that was expected before the onset, in its unit."""
-    data, monitor, crossing = state.data, state.monitor, alarm.crossing
+    data, monitor, crossing = state.data, state.monitor, alarm.reference
     assert alarm.index is not None
     levels = monitor.levels[min(crossing.started + 1, crossing.block)]
     own = np.flatnonzero(data.vehicle == crossing.subject)

@@ -11,7 +11,7 @@ import pytest
 from railui.fleet.store import FleetStore
 from tests.cli.runner import run
 from tests.docs.results import rows_of, superfluous_rows, undocumented_keys
-from tests.truth.rig_fleet import RigFleet
+from tests.truth.rig_fleet import RigFleet, stiffness, temperature
 
 RIGS = Path(__file__).parents[2] / "designs/fleets/rigs"
 pytestmark = pytest.mark.slow
@@ -40,8 +40,32 @@ def test_onset_and_limit_of_the_first_alarm_are_those_of_the_generator(document:
     onset = order.onset + 1  # runs are numbered from 1
     assert float(first["onset"]["low"]) - 1.0 <= onset <= float(first["onset"]["high"]) + 1.0
     assert float(first["raised"]) < onset + 6
-    # 12 % in 17 days from 101.3 % of the nominal stiffness to 50/60 of it
-    assert float(first["limit"]["low"]) <= 44.3 <= float(first["limit"]["high"])
+
+
+def test_a_change_that_goes_on_is_stated_in_total_and_forecast_from_all_its_blocks(document: dict[str, Any]) -> None:
+    order, alarms = RigFleet(), document["alarms"]
+    span = order.runs - 1 - order.onset
+    own = stiffness(order, order.rigs - 1, 0) / (1.0 - 0.002 * (temperature(order, 0) - 15.0))  # at 15 degC
+    reached = order.onset + 1 + span * (1.0 - 50e3 / own) / order.loss  # 44.2
+    widths = []
+    for row in alarms:
+        low, high = (float(row["limit"][end]) for end in ("low", "high"))
+        assert low <= reached <= high
+        widths.append(high - low)
+        assert abs(float(row["onset"]["day"]) - (order.onset + 1)) < 0.5
+    assert widths == sorted(widths, reverse=True) and widths[-1] < 0.2 * widths[0]
+    assert alarms[0]["total_change"] == alarms[0]["change"]
+    last = alarms[-1]
+    loss = -order.loss * own
+    assert loss < last["total_change"] < 0.8 * loss < 2.0 * last["change"]  # the mean of its last blocks
+
+
+@pytest.mark.parametrize(("since", "is_right"), [("25", True), ("2026-06-01", False)])
+def test_a_day_is_of_the_kind_of_the_fleet(results: Path, since: str, is_right: bool) -> None:
+    done = run("fleet", "status", str(RIGS), "-o", str(results), "--since", since)
+    assert done.exit_code == (0 if is_right else 2)
+    assert is_right or "numbers of days" in done.stderr
+    assert "stated rate 0.02 false alarms" in done.stdout or not is_right
 
 
 def test_the_page_has_every_alarm(results: Path, document: dict[str, Any]) -> None:

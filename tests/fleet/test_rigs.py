@@ -243,9 +243,39 @@ def _softening(state: TypeState, onset: float, rate: float) -> Alarm:
     """An alarm of the second rig whose stiffness changes by a share per day."""
     j = [q.name for q in state.data.quantities].index("vehicle.rig.stiffness")
     one, crossing = np.ones(1), Crossing(1, 4, (j,), (9.0,), 1)
-    course = Course(onset, onset, onset, rate, 0.0, rate, 0.0, onset * one, one, rate * one, 0.0 * one)
+    course = Course(
+        onset,
+        onset,
+        onset,
+        rate,
+        0.0,
+        rate,
+        0.0,
+        onset * one,
+        one,
+        rate * one,
+        0.0 * one,
+        0.0 * one,
+        0.0 * one,
+        0.0,
+        1.0,
+    )
     return Alarm(
-        crossing, "rig2", onset + 9.0, "parameter", state.data.quantities[j].name, (), 1.0, rate, 0.1, course, j, ()
+        crossing,
+        "rig2",
+        onset + 9.0,
+        "parameter",
+        state.data.quantities[j].name,
+        (),
+        1.0,
+        rate,
+        0.1,
+        rate,
+        0.1,
+        course,
+        crossing,
+        j,
+        (),
     )
 
 

@@ -81,3 +81,26 @@ def test_onset_rate_and_arrival_of_a_ramp() -> None:
 
 def test_two_values_are_no_course() -> None:
     assert fit_course(np.array([0.0, 1.0]), np.zeros(2), np.ones(2)) is None
+
+
+def test_the_interval_of_an_arrival_contains_the_day_as_often_as_stated() -> None:
+    rng = np.random.default_rng(3)
+    t, onset, rate, sd, base_sd = np.arange(20.0), 5.3, 0.4, 0.2, 0.15
+    hits = {base_sd: 0, 0.0: 0}
+    for _ in range(300):
+        base = base_sd * rng.standard_normal()
+        y = base + rate * np.maximum(t - onset, 0.0) + sd * rng.standard_normal(t.size)
+        limit = 8.0 + base  # of the true value, from the level that was estimated
+        for stated in hits:
+            course = fit_course(t, y, np.full(t.size, sd), stated)
+            assert course is not None
+            found = arrival(course, -np.inf, limit)
+            hits[stated] += found.low <= onset + 8.0 / rate <= found.high
+    assert 0.85 < hits[base_sd] / 300 < 0.96
+
+
+def test_a_course_that_is_no_ramp_has_a_misfit() -> None:
+    t, sd = np.arange(20.0), np.full(20, 0.1)
+    ramp, steps = fit_course(t, np.maximum(t - 5.0, 0.0), sd), fit_course(t, 2.0 * (t > 5) + 6.0 * (t > 15), sd)
+    assert ramp is not None and ramp.probability > 0.99
+    assert steps is not None and steps.probability < 1e-6

@@ -27,6 +27,7 @@ def alarm_texts(row: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "row": row,
         "change": f"{change} {row['unit'] if row['unit'] != '1' else ''}{relative}",
+        "total": DASH if (total := row.get("relative_total_change")) is None else f"{100 * total:+.1f} %",
         "rate": format_with_sd(row["rate_per_month"], row["rate_per_month_sd"]),
         "onset": DASH if onset is None else f"{onset['day']} ({onset['low']} to {onset['high']})",
         "limit": DASH if limit is None else _limit(limit),

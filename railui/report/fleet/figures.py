@@ -51,7 +51,7 @@ def history_picture(state: TypeState, alarm: Alarm) -> Picture:
     data, monitor, v = state.data, state.monitor, alarm.crossing.subject
     j = alarm.index if alarm.index is not None else alarm.crossing.quantities[0]
     blocks = np.arange(len(monitor.start) - 1)
-    levels = monitor.levels[min(alarm.crossing.started + 1, alarm.crossing.block)]
+    levels = monitor.levels[min(alarm.reference.started + 1, alarm.reference.block)]
     quantity = data.quantities[j]
     scale = 100.0 if quantity.kind == PARAMETER else 1.0
     middle, is_date = 0.5 * (monitor.start[:-1] + monitor.start[1:]), are_dates(data.time)
