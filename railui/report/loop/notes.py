@@ -173,8 +173,9 @@ def unstructured_residual_notes(result: LoopResult) -> list[str]:
     largest = ", ".join(f"{channel} {ratio:.2f}" for ratio, channel in ratios[:MAX_NAMED_CHANNELS])
     if is_at_noise_floor(result.context, result.after, result.error_to_noise):
         cause = (
-            f"on the estimation runs the ratio is {result.after.error_to_noise:.2f}, so the vehicle differs from run "
-            "to run: something changes with speed, temperature, load or time, and no single parameter explains it"
+            f"on the estimation runs the ratio is {result.after.error_to_noise:.2f}, which the validation runs do not "
+            "reach: the vehicle may differ from run to run, or the model has adapted to its estimation runs (a track "
+            "reconstructed from the same sensors, errors of its record); no single parameter explains it"
         )
     else:
         known = known_noise_text(result.noise_floor.source)
