@@ -37,6 +37,13 @@ class VerdictSettings:
         meaning="Standard errors by which that share must exceed zero.",
         provenance="conventional: two standard errors, some 95 % two-sided",
     )
+    max_location_share: float = setting(
+        1.1,
+        minimum=1.0,
+        meaning="Share above which forces name no location: more is explained than there is, since the noise was"
+        " misjudged.",
+        provenance="trial: at most 1.00 where forces act there, 1.7 and 1.9 in residuals of noise alone",
+    )
     max_locations: int = setting(
         3,
         minimum=1,

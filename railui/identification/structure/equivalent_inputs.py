@@ -134,7 +134,8 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
     The contributions of sensor and track noise are subtracted from the spectra, since track noise resembles forces at
     the contact. As many independent forces as channels explain any residual: locations with so many are left out, which
     leaves none if a single channel was measured; those with more than half as many come last and locate nothing. None
-    where the vehicle diverges on even track or with every realisation of the noise, nor for a rig, which has one place.
+    where the residual does not exceed noise significantly, where the vehicle diverges on even track or with every
+    realisation of the noise, nor for a rig, which has one place.
     """
     if not fit.model.design.is_on_track:
         return []
@@ -158,10 +159,11 @@ def locate_forces(context: Context, fit: Fit) -> list[ForceLocation]:
             if len(ports) < len(target.measured):
                 h = np.stack([responses[p] for p in ports], axis=2)
                 shares[i].append(_explained_share(residual, noise, h)._replace(segment=number))
+    standard_errors = context.settings.verdict.location_standard_errors
     locations = [
         ForceLocation(at, wheelset, _share(same), len(ports), _standard_error(same), tuple(same))
         for (at, wheelset, ports), same in zip(candidates, shares, strict=True)
-        if same
+        if same and _exceeds_noise(same, standard_errors)
     ]
     settings = context.settings.discrepancy
     best = max((o.share for o in locations if o.can_locate(settings)), default=0.0)
@@ -188,6 +190,12 @@ def _share(shares: Sequence[WindowedShare]) -> float:
     """Share of all segments that the forces explain beyond chance; 0 where noise leaves nothing to explain."""
     total = sum(float(s.not_by_chance.sum()) for s in shares)
     return sum(float(s.beyond_chance.sum()) for s in shares) / total if total > 0.0 else 0.0
+
+
+def _exceeds_noise(shares: Sequence[WindowedShare], standard_errors: float) -> bool:
+    """True where the mean over all windows of the squared residual less noise is significantly above zero."""
+    totals = np.concatenate([s.total for s in shares])
+    return float(totals.mean()) > standard_errors * ratio_standard_error(totals, np.ones(len(totals)))
 
 
 def _standard_error(shares: Sequence[WindowedShare]) -> float:

@@ -26,9 +26,9 @@ class LocationEvidence(NamedTuple):
     standard_error: float
 
     def is_sufficient(self, settings: VerdictSettings) -> bool:
-        """True where the share is large and significant."""
+        """True where the share is large and significant, and not of more than there is to explain."""
         least = max(settings.min_location_share, settings.location_standard_errors * self.standard_error)
-        return self.share >= least
+        return least <= self.share <= settings.max_location_share
 
 
 NO_EVIDENCE = LocationEvidence(0.0, 0.0)

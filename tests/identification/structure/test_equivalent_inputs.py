@@ -19,6 +19,7 @@ from railui.identification.loop import close_loop
 from railui.identification.structure.equivalent_inputs import (
     ForceLocation,
     WindowedShare,
+    _exceeds_noise,
     _noise,
     _share,
     _standard_error,
@@ -67,6 +68,14 @@ def test_the_first_locations_have_at_most_half_as_many_forces_as_there_are_chann
     assert [o.chance > 0.5 for o in locations] == sorted(o.chance > 0.5 for o in locations)
     assert max(o.forces for o in locations) < len(responses)
     assert all(math.isfinite(o.share) and o.share < 1.0 for o in locations)
+
+
+@pytest.mark.parametrize(("excess", "exceeds"), [(0.0, False), (0.3, True)])
+def test_a_residual_of_noise_locates_no_force(excess: float, exceeds: bool) -> None:
+    """Its squares less the noise are near zero, of which forces explain any share."""
+    totals = np.random.default_rng(4).normal(excess, 0.3, 60)
+    shares = [WindowedShare(part, part / 2, 0.25) for part in np.split(totals, 3)]
+    assert _exceeds_noise(shares, 2.0) is exceeds
 
 
 def test_the_sensors_of_every_window_have_their_noise(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -31,7 +31,14 @@ def test_a_residual_at_the_noise_level_is_no_evidence():
 
 @pytest.mark.parametrize(
     ("evidence", "is_sufficient"),
-    [(Evidence(0.31, 0.1), True), (Evidence(0.29, 0.01), False), (Evidence(0.5, 0.3), False), (NO_EVIDENCE, False)],
+    [
+        (Evidence(0.31, 0.1), True),
+        (Evidence(0.29, 0.01), False),
+        (Evidence(0.5, 0.3), False),
+        (NO_EVIDENCE, False),
+        (Evidence(1.05, 0.01), True),
+        (Evidence(1.89, 0.57), False),
+    ],
 )
 def test_a_location_needs_a_large_and_significant_share(evidence: Evidence, is_sufficient: bool):
     assert evidence.is_sufficient(VerdictSettings()) is is_sufficient
