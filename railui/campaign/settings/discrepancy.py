@@ -96,6 +96,13 @@ class RunDependenceSettings:
         meaning="Family-wise level of the test whether a parameter differs from run to run.",
         provenance="conventional: 1 %, as the score test",
     )
+    min_run_dependence_share: float = setting(
+        0.9,
+        maximum=1.0,
+        meaning="Share of the squared error beyond noise from which separate values of a parameter are the difference"
+        " between runs.",
+        provenance="conventional: nine tenths, as for effects",
+    )
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from railui.identification.unmodelled.locate import (
     find_variation,
     is_conclusive,
     locate_discrepancy,
+    unexplained_difference,
 )
 
 
@@ -53,13 +54,16 @@ def find_discrepancy(
     def within_runs() -> Discrepancy | None:
         return find_acting_discrepancy(context, fit, selection, error_to_noise, evidence)
 
-    between_first = is_at_noise_floor(context, fit, error_to_noise)
-    searches = (between_runs, within_runs) if between_first else (within_runs, between_runs)
-    for search in searches:
-        discrepancy = search()
-        if discrepancy is not None:
-            return discrepancy
-    return None
+    if not is_at_noise_floor(context, fit, error_to_noise):
+        return within_runs() or between_runs()
+    difference = between_runs()
+    if difference is not None and difference.run_dependence is not None:
+        return difference
+    discrepancy = within_runs()
+    if discrepancy is None or _is_established(context, discrepancy):
+        return discrepancy or difference
+    # at their noise floor the estimation runs locate nothing: the validation runs show the difference
+    return difference or unexplained_difference(context, fit, validation_fit, selection.validation)
 
 
 def find_acting_discrepancy(

@@ -65,6 +65,8 @@ class Discrepancy:
         Coupling with another location, to whose motion the force is proportional.
     run_dependence
         Variation of a parameter from run to run; the curve shows the validation run that differs most.
+    is_unexplained_difference
+        Whether the runs differ in what no parameter explains; then there is no curve.
     lowers_error
         Whether it lowers the validation error significantly.
     evidence
@@ -89,6 +91,7 @@ class Discrepancy:
     drift: Drift | None = None
     coupling: Coupling | None = None
     run_dependence: RunDependence | None = None
+    is_unexplained_difference: bool = False
     lowers_error: bool = False
     evidence: LocationEvidence = NO_EVIDENCE
     contact_share: float = 0.0
@@ -289,9 +292,10 @@ def _expected_misfit(fit: Fit) -> float:
 def find_run_dependence(
     context: Context, fit: Fit, validation_fit: Fit | None, validation: Validation, floor: float
 ) -> Discrepancy | None:
-    """Find the parameter that differs from run to run; None unless separate values would lower the error significantly.
+    """Find what differs from run to run; None unless separate values of a parameter lower the error significantly.
 
-    No fit uses the validation runs: the reported error stays that of the calibrated model.
+    It is that parameter where its values explain the difference, else an unexplained difference. No fit uses the
+    validation runs: the reported error stays that of the calibrated model.
 
     Parameters
     ----------
@@ -311,6 +315,10 @@ def find_run_dependence(
     )
     if not is_significant_gain(context, validation, change.validation):
         return None
+    evidence = evidence_of_validations(validation, change.validation, floor)
+    is_adequate = change.validation.nrmse <= context.settings.selection.adequate_ratio * floor
+    if not is_adequate and evidence.share < context.settings.run_dependence.min_run_dependence_share:
+        return unexplained_difference(context, fit, validation_fit, validation)
     share, _ = validation.error_reduction(change.validation)
     at, wheelset = location_of(change.path, change.ratios, fit.model)
     calibrated = fit.model.value(change.path)
@@ -318,9 +326,42 @@ def find_run_dependence(
     segments = [s for s in context.dataset.selection if s.run_index == extreme.run]
     ends = np.array([segments[0].columns["s"][0], segments[-1].columns["s"][-1]])
     values, sd, unit = np.full(2, extreme.value), np.full(2, extreme.sd), fit.model.design.unit(change.path)
-    evidence = evidence_of_validations(validation, change.validation, floor)
     return Discrepancy(
         at, wheelset, "s", ends, values, sd, "m", unit, share, fit, validation, run_dependence=change, evidence=evidence
+    )
+
+
+def unexplained_difference(
+    context: Context, fit: Fit, validation_fit: Fit | None, validation: Validation
+) -> Discrepancy:
+    """Return a difference between runs that no parameter explains, located by forces on the validation runs."""
+    forces = [] if validation_fit is None else locate_forces(context, validation_fit)
+    locating = [f for f in forces if f.can_locate(context.settings.discrepancy)]
+    at, wheelset, evidence = "", None, NO_EVIDENCE
+    if locating:
+        best = locating[0]
+        at, wheelset, evidence = best.at, best.wheelset, LocationEvidence(best.share, best.standard_error)
+        context.progress.message(
+            f"  residual of the validation runs resembles forces at {at} {wheelset or ''}: "
+            f"share {best.share:.2f} +/- {best.standard_error:.2f}"
+        )
+    nothing = np.zeros(0)
+    return Discrepancy(
+        at,
+        wheelset,
+        "s",
+        nothing,
+        nothing,
+        nothing,
+        "m",
+        "N",
+        evidence.share,
+        fit,
+        validation,
+        is_unexplained_difference=True,
+        evidence=evidence,
+        contact_share=share_at_contact(forces),
+        rivals=rival_locations(context.settings, locating) if locating else (),
     )
 
 

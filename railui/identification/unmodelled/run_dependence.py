@@ -28,8 +28,13 @@ from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.drift import parameter_groups
 from railui.identification.structure.evidence import LONELY, ScoreResult, family_wise_test
 from railui.identification.structure.projection import Projector
+from railui.parallel import map_threads
+
+Ratios = tuple[tuple[str, float], ...]  # of parameters that vary in proportion, by path
 
 REFINEMENT_GRID = np.linspace(0.2, 3.2, core.LANES)  # multiples of the linear estimate of a change
+LARGE_CHANGES = np.delete(np.geomspace(0.4, 2.5, core.LANES + 1), core.LANES // 2) - 1.0  # shares of a value
+REFINEMENTS = 2  # each narrows the interval of the best change by a factor of some eight
 # parameters of the suspensions, tested whether they are estimated or not
 SUSPENSIONS = tuple(
     f"vehicle.{name}"
@@ -44,7 +49,7 @@ SUSPENSIONS = tuple(
 class Shift(Candidate):
     """A parameter (kind: its path) that has another value on one run; `ratios`: those that vary in proportion."""
 
-    ratios: tuple[tuple[str, float], ...] = ()
+    ratios: Ratios = ()
     run: int = 0
 
     @property
@@ -96,11 +101,12 @@ def prepare_validation(context: Context, fit: Fit) -> Fit | None:
 
 
 def detect_run_dependence(context: Context, fit: Fit, validation_fit: Fit) -> RunDependence | None:
-    """Test whether a parameter differs between runs; return the one that explains most of the validation residual.
+    """Test whether a parameter differs between runs; return the one whose separate values leave the least misfit.
 
-    The parameter may differ on each validation run; the part that all others would absorb, had they been estimated on
-    every run, is projected out. Returns None if chance explains the difference. Raises ValueError if a simulation
-    diverges.
+    The parameter may differ on each validation run. In the test, which is linear, the part that all others would
+    absorb, had they been estimated on every run, is projected out; the parameter is the one whose estimates leave the
+    least misfit, since a large difference is not linear. Returns None if chance explains the difference. Raises
+    ValueError if a simulation diverges.
 
     Parameters
     ----------
@@ -113,7 +119,7 @@ def detect_run_dependence(context: Context, fit: Fit, validation_fit: Fit) -> Ru
         return None
     scores = _RunScores(context, fit, validation_fit)
     results = scores.score_shifts()
-    explained = dict[tuple[tuple[str, float], ...], float]()
+    explained = dict[Ratios, float]()
     for s, shift in results:
         explained[shift.ratios] = explained.get(shift.ratios, 0.0) + s.rho**2
     if not explained:
@@ -123,8 +129,8 @@ def detect_run_dependence(context: Context, fit: Fit, validation_fit: Fit) -> Ru
     p, _ = family_wise_test([s for s, _ in results], context.settings.score_test, context.seed, tested)
     if p > context.settings.run_dependence.run_dependence_level:
         return None
+    ratios, estimates = scores.best_estimates(list(explained))
     path, names, proportions = ratios[0][0], [p for p, _ in ratios], np.array([r for _, r in ratios])
-    estimates = scores.estimate_values(dict(ratios))
     sd = dict(zip(fit.free.paths, fit.sd.tolist(), strict=True))
     calibrated = (fit.model.value(path), sd.get(path, 0.0))
     runs = []
@@ -206,14 +212,26 @@ class _RunScores:
             direction[1 + self.paths.index(path)] = ratio
         return direction
 
-    def estimate_values(self, ratios: Mapping[str, float]) -> dict[int, tuple[float, float]]:
-        """Estimate the value of each validation run, all other parameters as calibrated, and its standard deviation.
+    def best_estimates(self, groups: Sequence[Ratios]) -> tuple[Ratios, dict[int, tuple[float, float]]]:
+        """Return the group whose values, estimated for each validation run, leave the least misfit, and these.
+
+        Of each value there is its standard deviation, with all other parameters as calibrated.
+        """
+        estimated = map_threads(self._estimate_values, groups, self.context.jobs)
+        _, group, estimates = min(
+            ((misfit, group, values) for group, (misfit, values) in zip(groups, estimated, strict=True)),
+            key=lambda one: one[0],
+        )
+        return group, estimates
+
+    def _estimate_values(self, group: Ratios) -> tuple[float, dict[int, tuple[float, float]]]:
+        """Estimate the value of each validation run and its standard deviation; return the misfit with these first.
 
         The standard deviation is that of leave-one-out residuals of blocks; infinite with a single one.
         """
-        c = self._direction(ratios)
-        j = self.paths.index(next(iter(ratios)))
-        estimates = {}
+        c = self._direction(dict(group))
+        j = self.paths.index(group[0][0])
+        misfit, estimates = 0.0, {}
         low, high = self.optimiser.free.low[j], self.optimiser.free.high[j]
         for run in dict.fromkeys(t.segment.run_index for t in self.segments):
             segments = [t for t in self.segments if t.segment.run_index == run]
@@ -224,21 +242,34 @@ class _RunScores:
             change, leverage = score.sum() / norm.sum(), norm / norm.sum()
             left_out = (score - change * norm) / np.maximum(1.0 - leverage, LONELY)  # HC3, as for a score
             sd = float(np.linalg.norm(left_out) / norm.sum()) if len(norm) > 1 else np.inf
-            value = self.x[j] + self._refine_change(segments, c[1:], change)
-            estimates[run] = (float(np.clip(value, low, high)), sd)
-        return estimates
+            least, refined = self._refine_change(segments, c[1:], change, abs(self.x[j]))
+            misfit += least
+            estimates[run] = (float(np.clip(self.x[j] + refined, low, high)), sd)
+        return misfit, estimates
 
-    def _refine_change(self, segments: Sequence[FitSegment], direction: FloatArray, change: float) -> float:
-        """Minimise the residual of a run over multiples of the linear estimate, refined by a parabola."""
-        changes = change * REFINEMENT_GRID
+    def _refine_change(
+        self, segments: Sequence[FitSegment], direction: FloatArray, change: float, size: float
+    ) -> tuple[float, float]:
+        """Return the least misfit of a run over changes of a parameter, and the change.
+
+        The first changes are multiples of the linear estimate, and shares of the size of the parameter, since the
+        misfit of a large difference has other minima; the neighbourhood of the best is refined.
+        """
+        changes = np.unique(np.concatenate([change * REFINEMENT_GRID, size * LARGE_CHANGES, [0.0]]))
+        best, least = 0.0, np.inf
+        for _ in range(1 + REFINEMENTS):
+            rss = self._misfits(segments, direction, changes)
+            k = int(np.argmin(rss))
+            best, least = float(changes[k]), float(rss[k])
+            around = changes[max(k - 1, 0)], changes[min(k + 1, len(changes) - 1)]
+            changes = np.unique([*np.linspace(*around, core.LANES), best])
+        return least, best
+
+    def _misfits(self, segments: Sequence[FitSegment], direction: FloatArray, changes: FloatArray) -> FloatArray:
+        """Misfit of a run for each change of the parameters in a direction; infinite where the vehicle diverges."""
         x = np.clip(self.x + changes[:, None] * direction, self.optimiser.free.low, self.optimiser.free.high)
         rss = np.zeros(len(changes))
         for t in segments:
             series, diverged = self.optimiser.simulate(t, x)
             rss += np.where(diverged < 0, np.sum((series - t.measured) ** 2, axis=(1, 2)), np.inf)
-        k = int(np.clip(np.argmin(rss), 1, len(rss) - 2))
-        a, b, c = rss[k - 1 : k + 2]
-        curvature = a - 2 * b + c
-        if not np.isfinite(curvature) or curvature <= 0:
-            return float(changes[int(np.argmin(rss))])
-        return float(changes[k] + np.clip(0.5 * (a - c) / curvature, -1.0, 1.0) * (changes[1] - changes[0]))
+        return rss

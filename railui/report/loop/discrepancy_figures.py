@@ -38,6 +38,9 @@ ABSCISSA_LABELS = MOTION_LABELS | {"s": "distance s", "t": "time t"}
 
 def discrepancy_figure(evaluation: EvaluationWindow, outside: Mapping[str, Any]) -> EffectFigure:
     """Return the figure of the key `outside` of a report."""
+    if outside.get("differs"):
+        note = "The residual of the validation runs locates it; no curve is fitted to these runs."
+        return EffectFigure(f"difference between runs: {_where(outside)}", (), note, ())
     return _run_dependence(outside) if "runs" in outside else _identified_curve(evaluation, outside)
 
 
@@ -73,7 +76,7 @@ def _identified_curve(evaluation: EvaluationWindow, outside: Mapping[str, Any]) 
 def _where(outside: Mapping[str, Any]) -> str:
     if outside["at"]:
         return location_text(outside["at"], outside["wheelset"])
-    if outside["against"] == "s":
+    if outside["against"] == "s" and not outside.get("differs"):
         return "along the track"
     return " or ".join(joint_phrases(o["at"] for o in outside.get("locations", ()))) or "not located"
 

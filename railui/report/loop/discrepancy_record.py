@@ -42,6 +42,8 @@ def _curve(discrepancy: Discrepancy) -> dict[str, Any]:
 
 def _cause(discrepancy: Discrepancy) -> dict[str, Any]:
     """Return the keys of a discrepancy that a curve of force against motion does not describe."""
+    if discrepancy.is_unexplained_difference:
+        return {"differs": True}
     if (dependence := discrepancy.run_dependence) is not None:
         keys = ("file", "role", "speed", "value", "sd")
         return {

@@ -23,6 +23,7 @@ from railui.vehicle.multibody import Structure
 FAILED_FIT = (
     "The calibration without effects failed: worse on the validation runs than the nominal one, which takes its place."
 )
+UNEXPLAINED_DIFFERENCE = "the vehicle is not the same from run to run, and no single parameter explains the difference"
 EFFECT_GROUPS = ("effects", "sensors")  # of the paths of parameters
 PARAMETER_NAMES = {"half_width": "half-width"}
 
@@ -93,6 +94,9 @@ def _outside_text(result: LoopResult) -> str:
     if discrepancy.run_dependence is not None:
         dependence = run_dependence_text(result, discrepancy.run_dependence)
         return f"{text}: {dependence}. Validation error {_error(result, 'after')}; {_noise(result)}."
+    if discrepancy.is_unexplained_difference:
+        error = f"Validation error {_error(result, 'after')}"
+        return f"{text}: {UNEXPLAINED_DIFFERENCE}. {error}; {_noise(result)}."
     if not discrepancy.lowers_error:
         error = f"{_error(result, 'after')}, which {_model(discrepancy)} does not lower"
         text = f"{text}. Validation error {error}; {_noise(result)}."
@@ -142,6 +146,8 @@ def remainder_text(result: LoopResult) -> str:
     resembled = _resembled(result)
     if discrepancy is not None and (result.verdict == "partial" or discrepancy.lowers_error):
         law = f"resembles {resembled} most" if resembled else "in no law of the catalogue"
+        if discrepancy.is_unexplained_difference:
+            law = UNEXPLAINED_DIFFERENCE
         return f"The remainder{ratio} is {_location(result)} and {law}."
     if resembled:
         return f"The remainder{ratio} resembles {resembled}."

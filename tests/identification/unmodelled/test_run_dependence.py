@@ -26,7 +26,7 @@ from railui.report.loop.data import loop_report
 from railui.report.loop.page import render_page
 from tests.docs.results import rows_of, undocumented_keys
 from tests.truth.campaign import Campaign, Order, campaign, campaigns, drawn, write
-from tests.truth.effects import effect
+from tests.truth.effects import Effect, effect
 
 DAMPING = "vehicle.secondary.lateral_damping"
 STIFFNESS = "vehicle.secondary.lateral_stiffness"
@@ -54,19 +54,23 @@ class Scenario:
     runs: Sequence[Mapping[str, float]]
     speeds: Sequence[float] = (40.0, 31.0)
     options: Mapping[str, float] = field(default_factory=dict)
+    last_effects: tuple[Effect, ...] = ()  # of the last run
 
     def orders(self) -> list[Order]:
         """Order one campaign for each vehicle, of which one run is used."""
         order = Order(seed=SEED, speeds=self.speeds, seconds=(25.0, 20.0, 20.0)[: len(self.runs)], **self.options)  # type: ignore[arg-type]
         vehicle = drawn(order)
         vehicles = [replace(vehicle, **{k: scale(getattr(vehicle, k), f) for k, f in run.items()}) for run in self.runs]
-        return [replace(order, vehicle=v) for v in vehicles]
+        orders = [replace(order, vehicle=v) for v in vehicles]
+        return [*orders[:-1], replace(orders[-1], effects=self.last_effects)]
 
 
 SCENARIOS = {
     "a stronger damper": Scenario([{}, {"k_y": 1.3}]),
     "a stiffer spring": Scenario([{}, {"c_sy": 1.5}]),
     "worn rails": Scenario([{}, {"lam": 1.15}]),
+    "much worn rails": Scenario([{}, {"lam": 1.5}]),
+    "a broken spring": Scenario([{}, {}], last_effects=(effect("spring", "primary_lateral", 1, stiffness=-3e6),)),
     "a stronger and a weaker damper": Scenario([{}, {"k_y": 1.3}, {"k_y": 0.75}], (40.0, 31.0, 35.0)),
     "nothing": Scenario([{}, {}]),
     "coloured noise": Scenario([{}, {}], options={"coloured": 0.02}),
@@ -140,6 +144,27 @@ def test_the_conicity_of_both_wheelsets_differs_in_proportion():
     variation = case("worn rails").run_dependence()
     assert variation is not None and set(variation.ratios) == {f"contact.{w}.conicity" for w in ("leading", "trailing")}
     assert variation.runs[1].value / variation.runs[0].value == pytest.approx(1.15, rel=0.02)
+
+
+def test_a_large_difference_is_that_of_the_parameter_whose_values_leave_the_least_misfit():
+    """The residual is far from linear in it: the linear shares of other parameters are larger."""
+    variation = case("much worn rails").run_dependence()
+    assert variation is not None and set(variation.ratios) == {f"contact.{w}.conicity" for w in ("leading", "trailing")}
+    assert variation.runs[1].value / variation.runs[0].value == pytest.approx(1.5, rel=0.02)
+
+
+def test_a_difference_that_no_parameter_explains_is_located_on_the_validation_runs():
+    """A spring of one wheelset is broken there: the stiffness of both explains a part."""
+    result = close_loop(case("a broken spring").dataset, jobs=2)
+    found = result.discrepancy
+    assert result.verdict == "outside" and found is not None and found.run_dependence is None
+    assert found.is_unexplained_difference and (found.at, found.wheelset) == ("primary_lateral", 1)
+    assert 0.9 < found.evidence.share <= 1.0 and found.is_located(result.context.settings.verdict)
+    report = loop_report(result)
+    assert "no single parameter explains the difference" in report["sentence"]
+    assert report["outside"]["differs"] and report["outside"]["force"] == []
+    assert undocumented_keys([report], rows_of("loop")) == []
+    assert "difference between runs: lateral primary suspension" in render_page(result, report)
 
 
 def test_two_validation_runs_have_separate_values():

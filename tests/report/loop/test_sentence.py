@@ -121,6 +121,7 @@ def discrepancy(
         at=at,
         wheelset=wheelset,
         run_dependence=None,
+        is_unexplained_difference=False,
         coupling=None,
         drift=None,
         lowers_error=lowers_error,
