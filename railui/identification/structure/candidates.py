@@ -112,7 +112,7 @@ def list_candidates(
                 shapes = tuple(shape for s in shapes for shape in (s, s | {"phase": QUADRATURE}))
             for wheelset in numbers:
                 candidate = Candidate(kind, at, wheelset, shapes)
-                if is_compatible(model, candidate):
+                if is_compatible(model, candidate) and not is_spanned(model, candidate, numbers):
                     candidates.append(candidate)
     return candidates
 
@@ -134,6 +134,18 @@ def is_compatible(model: Model, candidate: Candidate) -> bool:
     except ValueError:
         return False
     return True
+
+
+def is_spanned(model: Model, candidate: Candidate, numbers: Sequence[int | None]) -> bool:
+    """True where effects of the kind act there already on so many numbers that they compose the candidate.
+
+    That on all joints or wheelsets is the sum of those on each, so that no more of them than joints are independent.
+
+    numbers: of the joints or wheelsets, None for all.
+    """
+    members = max(sum(n is not None for n in numbers), 1)
+    present = {e.wheelset for e in model.effects if (e.kind, e.at) == (candidate.kind, candidate.at)}
+    return len(present - {candidate.wheelset}) >= members
 
 
 def _sites(
