@@ -210,6 +210,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     errors, noise = compared
     explained = explained_share(errors["before"], errors["after"], noise)
     remainder = describe_remainder(context, errors, noise, examination.evidence, decisive_scores, discrepancy)
+    test = run_independent_test(context, base_fit, fit, discrepancy)
     verdict = decide_verdict(
         context.settings.verdict,
         has_effects=selection.has_effects if deciding is None else selection.fit is not base.fit,
@@ -221,10 +222,10 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         has_freed_members=freed_members_lower_error(context, selection.freed, selection.validation),
         is_out_of_time=is_cut,
         diverges=bool(errors["after"].diverged),
+        is_contradicted=deciding is None and test is not None and test.is_contradicted,
         exceeds_noise=not errors["after"].nrmse <= context.settings.verdict.max_noise_ratio * noise.nrmse,
     )
     context.progress.message(f"verdict {verdict}: NRMSE {errors['after'].nrmse:.4f}, noise floor {noise.nrmse:.4f}")
-    test = run_independent_test(context, base_fit, fit, discrepancy)
     return LoopResult(
         context,
         before=base_fit,

@@ -5,13 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from scipy import special
+
+from railui.arrays import FloatArray
 from railui.campaign.finding import Finding
 from railui.campaign.segment import Segment
 from railui.identification.context import Context, WithContext
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import LeftOutRun
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
-from railui.identification.estimation.validation import Validation, error_after_start, validate
+from railui.identification.estimation.validation import (
+    Validation,
+    block_errors_after_start,
+    error_after_start,
+    validate,
+)
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.gain_forecast import PredictedGains
 from railui.identification.structure.score_test import ScoreTestResult
@@ -26,6 +35,7 @@ class IndependentTest:
     """NRMSE on the test segments, without and with the effects, and the error expected from noise there.
 
     files: the runs. is_held_back: whether the segments are parts of validation runs, not runs of role test.
+    is_contradicted: whether the effects raise the error there significantly.
     """
 
     nrmse_before: float
@@ -33,6 +43,7 @@ class IndependentTest:
     floor: float
     files: tuple[str, ...]
     is_held_back: bool
+    is_contradicted: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,11 +146,37 @@ def run_independent_test(
     segments = dataset.test
     if not segments:
         return None
-    nrmse_before = error_after_start(context, validate(context, before.model, segments), segments)
-    nrmse_after = nrmse_before
+    without = validate(context, before.model, segments)
+    nrmse_before = error_after_start(context, without, segments)
+    nrmse_after, is_contradicted = nrmse_before, False
     if after is not before or discrepancy is not None:
-        nrmse_after = error_after_start(context, validate_final(context, after, discrepancy, segments), segments)
+        final = validate_final(context, after, discrepancy, segments)
+        nrmse_after = error_after_start(context, final, segments)
+        errors, final_errors = (block_errors_after_start(context, one, segments) for one in (without, final))
+        is_contradicted = is_error_raised(errors, final_errors, context.settings.validation.contradiction_level)
     draws = context.settings.validation.preliminary_floor_draws
     floor = estimate_noise_floor(context, after.model, segments, draws, is_after_start=True)
     files = tuple(dict.fromkeys(s.file for s in segments))
-    return IndependentTest(nrmse_before, nrmse_after, floor.nrmse, files, not dataset.has_test_runs)
+    is_held_back = not dataset.has_test_runs
+    return IndependentTest(nrmse_before, nrmse_after, floor.nrmse, files, is_held_back, is_contradicted)
+
+
+def is_error_raised(before: FloatArray, after: FloatArray, level: float) -> bool:
+    """True where squared errors [block] are significantly higher after than before: Student's paired test, one-sided.
+
+    A model that diverges, of which the errors are NaN, has a higher error than one that does not.
+
+    Examples
+    --------
+    >>> is_error_raised(np.array([1.0, 2.0, 1.0]), np.array([1.5, 2.6, 1.4]), 0.01)
+    True
+    >>> is_error_raised(np.array([1.0, 2.0, 1.0]), np.array([1.5, 1.5, 1.5]), 0.01)
+    False
+    """
+    if not np.all(np.isfinite(before)):
+        return False
+    if not np.all(np.isfinite(after)):
+        return True
+    rise, n = after - before, len(after)
+    mean, standard_error = float(rise.mean()), float(rise.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf
+    return mean > float(special.stdtrit(max(n - 1, 1), 1.0 - level)) * standard_error

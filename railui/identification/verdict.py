@@ -123,6 +123,7 @@ def decide_verdict(
     has_freed_members: bool = False,
     is_out_of_time: bool = False,
     diverges: bool = False,
+    is_contradicted: bool = False,
     exceeds_noise: bool = False,
 ) -> Verdict:
     """Apply the rules of the verdict.
@@ -143,13 +144,15 @@ def decide_verdict(
         Whether the time budget ended before the search for effects and discrepancies did.
     diverges
         Whether the final model diverges on a validation run: its effects then explain only a part.
+    is_contradicted
+        Whether the effects raise the error of the independent test: they are then not the whole explanation.
     exceeds_noise
         Whether the error with effects is so far above the noise floor that it is no noise, whatever its structure.
     """
     has_structure = remainder.structured or remainder.coherent or remainder.surface is not None
     is_outside = has_discrepancy or has_freed_members or (not is_noise and (has_structure or is_out_of_time))
     if has_effects:
-        if diverges:
+        if diverges or is_contradicted:
             return Verdict.PARTIAL
         is_whole = explained is None or explained.value >= settings.min_explained_share
         leaves_noise = not (has_structure or is_outside or exceeds_noise)

@@ -8,6 +8,7 @@ import pytest
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.validation import Validation
+from railui.identification.result import is_error_raised
 from railui.identification.verdict import (
     Explained,
     Remainder,
@@ -16,6 +17,31 @@ from railui.identification.verdict import (
     explained_share,
     remaining_ratio,
 )
+
+
+def test_effects_that_the_independent_test_contradicts_are_a_part_at_most():
+    rules = {
+        "has_effects": True,
+        "explained": Explained(0.96, 0.004),
+        "remainder": Remainder(0.04, 0.0, coherent=False, structured=False),
+        "is_adequate": True,
+        "is_noise": True,
+        "has_discrepancy": False,
+    }
+    assert decide_verdict(VerdictSettings(), **rules) == Verdict.EFFECT
+    assert decide_verdict(VerdictSettings(), **rules, is_contradicted=True) == Verdict.PARTIAL
+
+
+@pytest.mark.parametrize(("rise", "level"), [(0.0, 0.01), (0.5, 0.01)])
+def test_a_higher_error_is_significant_by_chance_as_often_as_its_level_says(rise: float, level: float):
+    rng = np.random.default_rng(7)
+    found = [is_error_raised(np.ones(8), 1.0 + rise + rng.normal(0.0, 0.2, 8), level) for _ in range(2000)]
+    assert np.mean(found) > 0.95 if rise else 0.005 < np.mean(found) < 0.016
+
+
+@pytest.mark.parametrize(("before", "after", "raised"), [(1.0, np.nan, True), (np.nan, np.nan, False)])
+def test_effects_with_which_the_vehicle_diverges_raise_the_error(before: float, after: float, raised: bool):
+    assert is_error_raised(np.full(4, before), np.full(4, after), 0.01) is raised
 
 
 def validation(*block_errors: float) -> Validation:

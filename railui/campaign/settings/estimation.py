@@ -194,6 +194,14 @@ class ValidationSettings:
     min_test_samples: int = setting(
         1000, minimum=1, meaning="Fewest samples of such a part: a run of less than 100 samples/s needs a longer one."
     )
+    contradiction_level: float = setting(
+        0.01,
+        minimum=1e-4,
+        maximum=0.5,
+        meaning="Level of the paired test over blocks from which a higher error on the test segments contradicts the"
+        " effects.",
+        provenance="conventional: 1 %, as the score test",
+    )
     max_start_share: float = setting(
         0.25,
         maximum=0.9,

@@ -96,14 +96,23 @@ def compute_validation(context: Context, predictions: Sequence[Prediction]) -> V
         overall_nrmse(errors),
         tuple(p.series for p in predictions),
         tuple((p.segment.file, p.diverged_at) for p in predictions if p.diverged_at is not None),
-        _block_errors(context, predictions),
+        _block_errors(context, [p.segment for p in predictions], comparisons),
     )
 
 
 def error_after_start(context: Context, validation: Validation, segments: Sequence[Segment]) -> float:
     """NRMSE of a validation without the start of every segment."""
+    return overall_nrmse(nrmse(_after_start(context, validation, segments)))
+
+
+def block_errors_after_start(context: Context, validation: Validation, segments: Sequence[Segment]) -> FloatArray:
+    """Contribution [block] of blocks of time to the squared error after the start of every segment."""
+    return _block_errors(context, segments, _after_start(context, validation, segments))
+
+
+def _after_start(context: Context, validation: Validation, segments: Sequence[Segment]) -> list[Comparison]:
     pairs = zip(segments, validation.series, strict=True)
-    return overall_nrmse(nrmse([without_start(context, s, compare(context.campaign, s, x)) for s, x in pairs]))
+    return [without_start(context, s, compare(context.campaign, s, x)) for s, x in pairs]
 
 
 def without_start(context: Context, segment: Segment, compared: Comparison) -> Comparison:
@@ -125,10 +134,10 @@ def is_worse_than_nominal(context: Context, nominal: Validation, calibrated: Val
     return gain > context.settings.selection.gain_standard_errors * sd
 
 
-def _block_errors(context: Context, predictions: Sequence[Prediction]) -> FloatArray:
+def _block_errors(context: Context, segments: Sequence[Segment], comparisons: Sequence[Comparison]) -> FloatArray:
     """Contribution [block] of blocks of time to the squared overall error."""
-    settings, comparisons = context.settings.validation, [p.comparison for p in predictions]
-    duration = error_block_duration(context, [p.segment for p in predictions])
+    settings = context.settings.validation
+    duration = error_block_duration(context, segments)
     power: dict[str, float] = {}
     for comparison in comparisons:
         for c, row in zip(comparison.channels, comparison.measured, strict=True):

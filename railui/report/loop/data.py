@@ -186,6 +186,7 @@ def _independent_test(test: IndependentTest | None) -> dict[str, Any]:
         "floor": test.floor,
         "files": list(test.files),
         "held_back": test.is_held_back,
+        "contradicts": test.is_contradicted,
     }
 
 

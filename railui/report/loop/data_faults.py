@@ -35,6 +35,7 @@ NO_TEST: Mapping[str, Any] = {
     "floor": None,
     "files": [],
     "held_back": False,
+    "contradicts": False,
 }
 NO_FLOOR: Mapping[str, Any] = {
     "nrmse": None,

@@ -33,6 +33,9 @@ def sentence(result: LoopResult) -> str:
     text = _VERDICT_TEXTS[result.verdict](result)
     if result.verdict != "none" and _has_remainder(result):
         text = f"{text}{_vibration_text(result)}"
+    if result.verdict == "partial" and result.test is not None and result.test.is_contradicted:
+        errors = f"{_short(result.test.nrmse_before)} -> {_short(result.test.nrmse_after)}"
+        text = f"{text} The independent test contradicts the effects: its error rises, {errors}."
     if result.is_failed_fit:
         text = f"{text} {FAILED_FIT}"
     if _has_remainder(result) and result.dataset.hum:

@@ -11,7 +11,7 @@ import pytest
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.residual_surface import SurfaceShares
 from railui.identification.estimation.validation import Validation
-from railui.identification.result import LoopResult
+from railui.identification.result import IndependentTest, LoopResult
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.group_test import GroupDifference
 from railui.identification.unmodelled.evidence import NO_EVIDENCE
@@ -57,6 +57,7 @@ def result(
         "after": fit(*effects),
         "nominal": fit().model,
         "discrepancy": discrepancy,
+        "test": None,
         "conditions": None,
         "is_by_condition": False,
     }
@@ -68,6 +69,13 @@ def test_an_effect_is_named_with_location_value_and_errors() -> None:
         "Most likely unmodelled effect: clearance in the lateral primary suspension of both wheelsets, half-width "
         "0.445 +/- 0.003 mm. Validation error 0.351 -> 0.054; expected from noise alone 0.053."
     )
+
+
+def test_effects_that_the_independent_test_contradicts_are_said_to_be() -> None:
+    contradicted = result("partial", PLAY)
+    contradicted.test = IndependentTest(0.196, 0.243, 0.044, ("c.csv",), True, is_contradicted=True)  # type: ignore[misc]
+    text = "The independent test contradicts the effects: its error rises, 0.196 -> 0.243."
+    assert sentence(contradicted).endswith(text) and text not in sentence(result("partial", PLAY))
 
 
 def test_two_effects_are_named_in_the_plural() -> None:
