@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -37,6 +37,7 @@ from railui.identification.estimation.residual_evidence import (
 from railui.identification.estimation.track_noise import with_level_of_residual, with_track_noise
 from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
 from railui.identification.estimation.validation import Validation, validate
+from railui.identification.estimation.withdrawn_gains import contradicted_gains
 from railui.identification.events import ModelValidated
 from railui.identification.remainder import describe_remainder
 from railui.identification.result import LoopResult, run_independent_test, validate_final
@@ -108,7 +109,19 @@ def close_loop(
         progress.event(ModelValidated("before", base.validation))
         selection = StepwiseSelection(context).select_effects(base.fit, base.validation)
     result = _conclude(context, base, selection)
-    return replace(result, findings=findings, seconds=time.perf_counter() - started)
+    withdrawn = _withdrawn_findings(result, findings)
+    left = tuple(f for f in findings if f not in withdrawn)
+    return replace(result, findings=left, withdrawn=withdrawn, seconds=time.perf_counter() - started)
+
+
+def _withdrawn_findings(result: LoopResult, findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return the findings of the data checks that a model which leaves nothing but noise contradicts."""
+    if result.verdict not in (Verdict.NONE, Verdict.EFFECT) or result.is_out_of_time or result.is_by_condition:
+        return ()
+    withdrawn = contradicted_gains(result.context, result.after.model, findings)
+    for finding in withdrawn:
+        result.context.progress.message(f"withdrawn, the final model needs no such gain: {finding.text}")
+    return withdrawn
 
 
 class _Base(NamedTuple):

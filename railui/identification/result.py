@@ -62,6 +62,8 @@ class LoopResult(WithContext):
         Residual of the final model.
     test
         Errors on the test runs, or on the reserved part of validation runs; None where the runs are too short.
+    findings, withdrawn
+        Findings of the data checks, and those that the final model contradicts.
     windowed
         The model without effects fitted on windows, where the vehicle hunts or falls out of step with the motion.
     is_failed_fit
@@ -95,6 +97,7 @@ class LoopResult(WithContext):
     discrepancy: Discrepancy | None
     seconds: float = 0.0
     findings: tuple[Finding, ...] = ()
+    withdrawn: tuple[Finding, ...] = ()
     windowed: Fit | None = None
     is_failed_fit: bool = False
     has_track_noise: bool = False

@@ -105,7 +105,7 @@ def loop_report(result: LoopResult, checked: CheckedData | None = None) -> dict[
         "identifiability": identifiability(result),
         "gate": [finding_row(finding) for finding in result.findings],
         "notes": report_notes(result),
-        "corrections": [] if checked is None else correction_rows(checked),
+        "corrections": [] if checked is None else correction_rows(checked, result.withdrawn),
     }
     if checked is not None and checked.is_corrected:
         report["sentence"] = f"{corrected_sentence(checked)} {report['sentence']}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
@@ -16,6 +16,7 @@ from railui.campaign.data_checks import check_data
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.faults.diagnose import diagnose
 from railui.campaign.faults.fault import Diagnosis, Fault
+from railui.campaign.finding import Finding
 from railui.documents.saving import save_campaign
 from railui.io.atomic import to_json_value, write_text
 from railui.progress import SILENT, Progress
@@ -107,9 +108,16 @@ def examine_data(
     return CheckedData(dataset, found, remaining, is_corrected, is_stopped, time.perf_counter() - started)
 
 
-def correction_rows(checked: CheckedData) -> list[dict[str, Any]]:
-    """Return the faults that a correction undoes, and whether it was made (JSON key `corrections`)."""
-    return [_correction_row(f, checked.is_corrected and f.serious) for f in checked.found.faults if f.serious or f.yaml]
+def correction_rows(checked: CheckedData, withdrawn: Collection[Finding] = ()) -> list[dict[str, Any]]:
+    """Return the faults that a correction undoes, and whether it was made (JSON key `corrections`).
+
+    withdrawn: findings that the final model contradicts, of which no correction is proposed.
+    """
+    return [
+        _correction_row(f, checked.is_corrected and f.serious)
+        for f in checked.found.faults
+        if (f.serious or f.yaml) and f.finding() not in withdrawn
+    ]
 
 
 def _correction_row(fault: Fault, is_applied: bool) -> dict[str, Any]:

@@ -26,6 +26,7 @@ def report_notes(result: LoopResult) -> list[str]:
     """Return all notes of a loop."""
     runs = zip(result.dataset.campaign.runs, result.dataset.runs, strict=True)
     notes = [f"{entry.name}: {note}" for entry, run in runs for note in run.notes]
+    notes += [f"the final model needs no such gain, its correction is withdrawn: {f.text}" for f in result.withdrawn]
     if windows := windowed_runs(result):
         notes.append(
             f"{windows['reason']} on {', '.join(windows['runs'])}: estimated there on windows of "
