@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+
+import numpy as np
 
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
@@ -50,6 +53,51 @@ def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep
     return final
 
 
+def remove_undetermined(
+    context: Context, final: Stage, steps: list[SelectionStep], finish: Callable[[Fit], Fit]
+) -> Stage:
+    """Remove effects beside others of which the data determine no number, the least determined first; updates `steps`.
+
+    Such an effect only balances another: it is collinear with it or with estimated parameters. The model without it is
+    fitted to the end; it stays where that cannot be.
+
+    finish: fits a model to the end.
+    """
+    tried: set[int] = set()
+    while not context.is_out_of_time:
+        left = [i for i, s in enumerate(steps) if s.added]
+        spreads = {i: _least_spread(final.fit, steps[i].added) for i in left if i not in tried}
+        undetermined = [i for i, spread in spreads.items() if spread >= 1.0]
+        if len(left) < 2 or not undetermined:
+            break
+        i = max(undetermined, key=lambda i: spreads[i])
+        tried.add(i)
+        without = _without_effect(context, final.fit, steps[i].added, misfit_limit=np.inf)
+        try:
+            stage = None if without is None else validated_stage(context, finish(without.fit))
+        except DivergedError:
+            stage = None
+        if stage is None or not np.isfinite(stage.validation.nrmse):
+            continue
+        context.progress.message(
+            f"  {refit_text(steps[i].added)} is not determined; without it: NRMSE {stage.validation.nrmse:.4f}"
+        )
+        steps[i], final = replace(steps[i], added=None), stage
+    return final
+
+
+def _least_spread(fit: Fit, refit: Refit | None) -> float:
+    """Least ratio of standard deviation to value among the estimated numbers of an effect; 0 where it has none."""
+    candidate = None if refit is None else refit.candidate
+    index = None if candidate is None else effect_index(fit.model, candidate)
+    numbers = [
+        (abs(x), sd)
+        for path, x, sd in zip(fit.free.paths, fit.x, fit.sd, strict=True)
+        if path.startswith(f"effects.{index}.") and "@" not in path
+    ]
+    return min((float(sd / max(x, 1e-300)) for x, sd in numbers), default=0.0)
+
+
 def _is_needed(context: Context, without: Stage, final: Stage) -> bool:
     """True where the validation error is significantly higher without an effect, or the misfit obviously.
 
@@ -68,8 +116,11 @@ def _obvious_misfit(context: Context, fit: Fit) -> float:
     return fit.normal.misfit_per_sample / (1.0 - context.settings.score_test.obvious_rho2)
 
 
-def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | None:
-    """Fit and validate the model without one of its effects; None where it cannot be fitted."""
+def _without_effect(context: Context, fit: Fit, refit: Refit | None, misfit_limit: float | None = None) -> Stage | None:
+    """Fit and validate the model without one of its effects; None where it cannot be fitted.
+
+    misfit_limit: of the fit, which is given up where it will not come below; by default that of an obvious effect.
+    """
     candidate = None if refit is None else refit.candidate
     index = None if candidate is None else effect_index(fit.model, candidate)
     if index is None:
@@ -78,7 +129,9 @@ def _without_effect(context: Context, fit: Fit, refit: Refit | None) -> Stage | 
     paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
     try:
         segments = drop_states(context, fit.model, model, fit.segments)
-        limit = _obvious_misfit(context, fit) * sum(t.measured.size for t in segments)
+        limit = misfit_limit
+        if limit is None:
+            limit = _obvious_misfit(context, fit) * sum(t.measured.size for t in segments)
         without = fit_output_error(
             context, model, paths, segments=segments, tolerance=REMOVAL_TOLERANCE, misfit_limit=limit
         )

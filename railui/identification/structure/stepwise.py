@@ -20,7 +20,7 @@ from railui.identification.events import ModelValidated
 from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidate_scores import has_structure, run_score_test, scored_part
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.elimination import refit_text, remove_superfluous
+from railui.identification.structure.elimination import refit_text, remove_superfluous, remove_undetermined
 from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.exchange import exchange_effects
 from railui.identification.structure.freed_groups import FreedGroups
@@ -113,6 +113,7 @@ class StepwiseSelection:
         final = remove_superfluous(self.context, accepted, steps, previous)
         final = exchange_effects(self.context, final, steps, self._final_fit)
         final = replace_by_limits(self.context, final, steps, self._final_fit)
+        final = remove_undetermined(self.context, final, steps, self._final_fit)
         is_known = final.fit is accepted.fit and count < len(steps)
         last = steps[count].score_test if is_known else run_score_test(self.context, final.fit)
         return Selection(final.fit, final.validation, tuple(steps), last, self.rivals.freed_groups(final.fit))

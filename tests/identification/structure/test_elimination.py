@@ -14,10 +14,11 @@ from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.validation import Validation
 from railui.identification.structure import elimination
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.candidates import Candidate, list_candidates
-from railui.identification.structure.elimination import _is_needed, _without_effect
+from railui.identification.structure.elimination import _is_needed, _without_effect, remove_undetermined
 from railui.identification.structure.refit import Refit
-from railui.identification.structure.stage import Stage
+from railui.identification.structure.stage import SelectionStep, Stage, validated_stage
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
 from tests.blind.simulated import simulated_campaign
@@ -65,3 +66,36 @@ def test_an_obvious_misfit_keeps_an_effect(
     monkeypatch.setattr(elimination, "gains", lambda *_: False)
     context = simulated_campaign().context
     assert _is_needed(context, stage_of(100.0, 1.0), stage_of(rss, nrmse)) is needed
+
+
+PLAY = "free_play at=primary_lateral half_width=4e-4"
+COLLINEAR = PlacedEffect("viscous_damper", "secondary_lateral", None, {"damping": 1e3})
+
+
+def selected(context: Context, model: Model) -> tuple[Stage, list[SelectionStep]]:
+    """Fit a model with effects to the end; return it with a step for each effect."""
+    segments = prepare_segments(context, model, context.dataset.estimation)
+    paths = [*context.campaign.estimated_parameters, *model.effect_paths()]
+    fit = fit_output_error(context, model, paths, segments=segments, tolerance=1e-4)
+    found = [Candidate(e.kind, e.at, e.wheelset) for e in model.effects]
+    return validated_stage(context, fit), [
+        SelectionStep(NO_SCORE_TEST, (), Refit(c, fit, np.zeros((1, 1)))) for c in found
+    ]
+
+
+def test_an_effect_of_which_no_number_is_determined_is_removed() -> None:
+    """A damper beside one whose damping is estimated: the two have a sum alone."""
+    context = simulated_campaign(PLAY).context
+    play = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 4e-4})
+    final, steps = selected(context, context.nominal.with_effect(play).with_effect(COLLINEAR))
+    finished: list[Fit] = []
+
+    def finish(fit: Fit) -> Fit:
+        finished.append(fit)
+        return fit
+
+    left = remove_undetermined(context, final, steps, finish)
+    assert [e.kind for e in left.fit.model.effects] == ["free_play"] and left.fit in finished
+    assert [s.added is not None for s in steps] == [True, False]
+    assert left.validation.nrmse == pytest.approx(final.validation.nrmse, rel=0.01)
+    assert remove_undetermined(context, left, steps, finish) is left
