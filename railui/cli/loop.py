@@ -104,13 +104,17 @@ def command(
         progress=log,
         budget=budget,
     )
-    loop.save(directory, log.lines)
+    call.write_json(loop.data)  # before the files and tables: neither a figure that fails nor a closed pipe loses it
+    try:
+        loop.save(directory, log.lines)
+    except Exception:
+        call.show(f"\n{loop.sentence}\n")
+        raise
     if element is not None and loop.result is not None:
         try:
             loop.save_element(element)
         except NoElementError as error:
             raise usage_error(str(error)) from None
-    call.write_json(loop.data)  # before the tables: a closed pipe must not lose it
     _show(call, loop, directory)
     if element is not None and loop.result is not None:
         call.info(f"wrote the element {element}")

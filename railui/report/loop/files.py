@@ -77,7 +77,10 @@ def _as_rows(numbers: FloatArray) -> tuple[tuple[float, ...], ...]:
 
 
 def write_loop(result: LoopResult, report: Mapping[str, Any], directory: Path, log: Sequence[str]) -> None:
-    """Write all files into a directory, each atomically; remove the series of runs that are not in the campaign."""
+    """Write all files into a directory, each atomically; remove the series of runs that are not in the campaign.
+
+    The page is last to be completed: where a figure fails, all other files are there.
+    """
     directory.mkdir(parents=True, exist_ok=True)
     names = simulated_file_names([entry.name for entry in result.dataset.campaign.runs])
     for file in directory.iterdir():
@@ -87,11 +90,11 @@ def write_loop(result: LoopResult, report: Mapping[str, Any], directory: Path, l
     save_design(calibrated_design(result), directory / "adjusted.yaml")
     campaign = replace(result.dataset.campaign, sensors=result.after.model.sensors)
     save_campaign(campaign, directory / "campaign.yaml", directory / "adjusted.yaml")
+    write_text(directory / "log.txt", "\n".join(log) + "\n")
     with ThreadPoolExecutor(1) as pool:  # simulation and compression release the interpreter for the figures
         writing = pool.submit(write_simulated, result, directory)
         write_page(result, report, directory / "report.html")
         writing.result()
-    write_text(directory / "log.txt", "\n".join(log) + "\n")
 
 
 def write_simulated(result: LoopResult, directory: Path) -> None:

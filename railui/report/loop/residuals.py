@@ -21,8 +21,8 @@ from railui.report.loop.figures import compared_series
 from railui.report.numbers import CONFIDENCE_FACTOR
 
 NOISE_DRAWS = 8  # of the noise model, for the residual of a correct model
-MAX_LAG = 1.0  # s, of an autocorrelation
-RIG_LAG_SHARE, MIN_LAGS = 0.02, 25  # longest lag of a short series
+MAX_LAG = 1.0  # s, of an autocorrelation, where that is as many samples as the least number of lags
+RIG_LAG_SHARE, MIN_LAGS = 0.02, 25  # of the samples of a short series; samples
 SPECTRUM_WINDOWS = 12  # without overlap
 
 
@@ -77,11 +77,20 @@ class ChannelResidual:
         noise = np.interp(f[used], noise_f, noise_density)
         power = np.zeros(len(f))
         power[used] = np.abs(np.fft.rfft(x - x.mean())[used]) ** 2 / np.maximum(noise, 1e-300)
-        longest = min(round(MAX_LAG / self.dt), round(RIG_LAG_SHARE * len(x)) + MIN_LAGS, len(x) - 1)
+        longest = longest_lag(len(x), self.dt)
         found, flat = (np.fft.irfft(p, len(x))[: longest + 1] for p in (power, used.astype(np.float64)))
         half_width = CONFIDENCE_FACTOR / float(np.sqrt(2.0 * max(int(used.sum()), 1)))
         correlation = np.asarray(found / max(float(found[0]), 1e-300))
         return Whiteness(self.dt * np.arange(longest + 1.0), correlation, np.asarray(flat / flat[0]), half_width)
+
+
+def longest_lag(samples: int, dt: float) -> int:
+    """Longest lag, in samples, of the autocorrelation of a series.
+
+    >>> longest_lag(7000, 0.01), longest_lag(7000, 4.0), longest_lag(10, 4.0)
+    (100, 25, 9)
+    """
+    return min(max(round(MAX_LAG / dt), MIN_LAGS), round(RIG_LAG_SHARE * samples) + MIN_LAGS, samples - 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -251,3 +251,17 @@ def test_series_of_other_runs_are_removed_from_the_directory(
         "simulated_run_a.csv.gz",
         "simulated_run_b.csv.gz",
     }
+
+
+def test_a_figure_that_fails_costs_the_page_alone(
+    loop_result: LoopResult, report: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise IndexError("no lags")
+
+    monkeypatch.setattr("railui.report.loop.files.write_page", fail)
+    with pytest.raises(IndexError, match="no lags"):
+        write_loop(loop_result, report, tmp_path, ["verdict effect"])
+    assert json.loads((tmp_path / "loop.json").read_text(encoding="utf-8")) == json.loads(json.dumps(report))
+    assert (tmp_path / "log.txt").read_text(encoding="utf-8") == "verdict effect\n"
+    assert {file.name for file in tmp_path.iterdir()} >= {"adjusted.yaml", "simulated_run_b.csv.gz"}

@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from railui.identification.estimation.noise_floor import SimulatedTruth
 from railui.identification.result import LoopResult
 from railui.report.loop.figures import most_informative_window
 from railui.report.loop.force_evaluation import EvaluationWindow, most_active_port, total_force
 from railui.report.loop.law_evidence import effect_force, law_evidence
+from railui.report.loop.residual_figures import _autocorrelation
 from railui.report.loop.residuals import ChannelResidual, channel_residuals
 from tests.report.loop.names import CHANNELS
 
@@ -39,6 +41,19 @@ def test_the_residual_of_a_correct_model_is_white_noise_of_its_size(
 
 def test_the_residual_without_the_effect_is_not_white(residuals: dict[str, ChannelResidual]) -> None:
     assert np.mean([r.whiteness("before").share_outside for r in residuals.values()]) > 0.25
+
+
+def test_lags_follow_the_samples_of_slow_sampling() -> None:
+    dt, noise = 4.0, np.random.default_rng(3).standard_normal((9, 600))
+    series = {"before": noise[0] + np.sin(np.arange(600) / 20.0), "after": noise[1]}
+    residual = ChannelResidual("z", dt, series, noise[2:], (0.0, 0.125), np.zeros(0), {})
+    before, after = residual.whiteness("before"), residual.whiteness("after")
+    assert after.lags[-1] == dt * (len(after.correlation) - 1) >= 20 * dt
+    assert before.share_outside > 0.5 > 0.25 > after.share_outside
+    _, _, draw = _autocorrelation(residual)
+    axes = Figure().subplots()
+    draw(axes)
+    assert axes.get_xlim() == (0.0, after.lags[-1])
 
 
 def test_free_force_points_follow_the_law_of_the_clearance(loop_result: LoopResult) -> None:
