@@ -28,6 +28,7 @@ from railui.identification.estimation.noise_floor import NoiseFloor, estimate_no
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.parameter_samples import with_parameter_samples
 from railui.identification.estimation.problem import prepare_segments
+from railui.identification.estimation.residual_bound import with_noise_within_residual
 from railui.identification.estimation.residual_evidence import (
     NOT_EXAMINED,
     ResidualEvidence,
@@ -102,6 +103,7 @@ def close_loop(
         )
     base = _calibrated_base(context, nominal)
     progress.event(ModelValidated("before", base.validation))
+    context = with_noise_within_residual(context, base.validation)
     selection = StepwiseSelection(context).select_effects(base.fit, base.validation, base.windowed)
     better = _better_base(context, base, selection, nominal)
     if better is not None:
@@ -203,6 +205,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
     deciding = conditions if conditions_explain(context, conditions) else None
     if deciding is not None:
         selection = selection_by_condition(context, base.fit, selection, deciding)
+    context = with_noise_within_residual(context, selection.validation)
     validation_fit = prepare_validation(context, selection.fit)
     if deciding is not None:
         examination = _examine_by_condition(context, selection, deciding)

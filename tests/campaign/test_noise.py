@@ -200,6 +200,21 @@ def test_the_noise_of_an_input_is_at_most_its_quiet_band():
         assert model["u"] == pytest.approx(used, rel=0.2)
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.05])
+@pytest.mark.parametrize("sd", [0.003, 0.01, 1.0])
+def test_an_acceleration_under_a_broadband_force_is_no_noise(sd: float, friction: float):
+    """It follows the force up to half the sampling rate; a weak friction is incoherent with it where the mass moves."""
+    rng, n, dt = np.random.default_rng(14), 16000, 1.0 / 400.0
+    u = rng.standard_normal(n)
+    f = np.fft.rfftfreq(n, dt)
+    z = np.fft.irfft(np.fft.rfft(u) / ((7.0**2 - f**2 + 0.05j * 7.0 * f) * (2.0 * np.pi) ** 2), n)
+    az = np.fft.irfft(np.fft.rfft(z) * -((2.0 * np.pi * f) ** 2), n) - friction * np.sign(np.gradient(z))
+    columns = {"t": np.arange(n) * dt, "u": u, "az": az + sd * rng.standard_normal(n)}
+    rig = SyntheticRecord(columns, ["az"], dt, "rig", 1.0)
+    found = estimate_noise_model([rig], {}, TrackGeometry(), None, 2.5, NoiseSettings())["az"]
+    assert 0.9 * sd < found < 1.42 * np.hypot(sd, friction)
+
+
 @pytest.mark.parametrize("samples", [40, 400])
 def test_a_short_free_decay_has_a_noise(samples: int):
     rng = np.random.default_rng(12)

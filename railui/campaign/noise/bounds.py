@@ -10,7 +10,7 @@ import numpy as np
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.noise.record import Record, band_limits
-from railui.dsp.spectra import detrend, hann, welch
+from railui.dsp.spectra import detrend, hann, multiple_coherence, welch
 from railui.runs.columns import RIG_FORMS, column_names
 from railui.vehicle.track_geometry import TrackGeometry
 
@@ -40,12 +40,21 @@ class Level(NamedTuple):
         return Level((p * self.log + q * other.log) / (p + q), float((p + q) ** -0.5))
 
 
-def quiet_level(records: Sequence[Record], channel: str, least_sd: float) -> Level | None:
-    """White noise of a channel from the top of its spectrum; uncertain by as much as that is not flat."""
+def quiet_level(
+    records: Sequence[Record], channel: str, least_sd: float, min_coherent_share: float | None = None
+) -> Level | None:
+    """White noise of a channel from the top of its spectrum; uncertain by as much as that is not flat.
+
+    Parameters
+    ----------
+    min_coherent_share
+        Share of the top of a rig's spectrum, coherent with its input, from which that part counts as motion: the
+        acceleration of a mass follows a broadband force up to any frequency. None: all of it counts as noise.
+    """
     present = [r for r in records if channel in r.columns and np.ptp(r.columns[channel]) > 0.0]
     logs, steps = [], []
     for record in present:
-        lower, upper = _top_bands(record, channel)
+        lower, upper = _top_bands(record, channel, min_coherent_share)
         logs.append(0.5 * np.log(VARIANCE_OVER_DENSITY * upper))
         steps.append(0.5 * abs(np.log(upper / lower)))
     if not logs:
@@ -53,16 +62,30 @@ def quiet_level(records: Sequence[Record], channel: str, least_sd: float) -> Lev
     return Level(float(np.median(logs)), float(np.hypot(least_sd, max(np.median(steps) - least_sd, 0.0))))
 
 
-def _top_bands(record: Record, channel: str) -> tuple[float, float]:
+def _top_bands(record: Record, channel: str, min_coherent_share: float | None = None) -> tuple[float, float]:
     """Median densities, per cycle and sample, of two bands at the top of a channel's spectrum."""
     x = record.columns[channel]
     length = _quiet_window(len(x))
     _, density = welch(x, 1.0, length)
+    if min_coherent_share is not None and record.kind in RIG_FORMS:
+        density = density * _incoherent_shares(record, channel, length, min_coherent_share)
     windows = max(2 * len(x) // length - 1, 1)
     density = density / (1.0 - 1.0 / (9.0 * windows)) ** 3  # median over mean of chi-square, Wilson and Hilferty 1931
     edges = [min(round(share * len(density)), len(density) - 1) for share in QUIET_SHARES]
     lower, upper = (float(np.median(density[a : max(b, a + 1)])) + 1e-300 for a, b in pairwise(edges))
     return lower, upper
+
+
+def _incoherent_shares(record: Record, channel: str, length: int, min_coherent_share: float) -> FloatArray:
+    """Share [line] of a channel that is incoherent with the input of a rig; 1 where little at the top is coherent."""
+    inputs = RIG_INPUTS[str(record.kind)]
+    moving = [x for x in (record.columns[c] for c in inputs if c in record.columns) if np.ptp(x) > 0.0]
+    if channel in inputs or not moving:
+        return np.ones(length // 2 + 1)
+    _, coherent = multiple_coherence(np.stack(moving), record.columns[channel], 1.0, length)
+    top = coherent[min(round(QUIET_SHARES[0] * len(coherent)), len(coherent) - 2) : -1]
+    is_motion = float(np.mean(top)) >= min_coherent_share  # false where there are too few windows
+    return np.asarray(1.0 - coherent) if is_motion else np.ones(len(coherent))
 
 
 def _quiet_window(samples: int) -> int:

@@ -89,7 +89,8 @@ class NoiseEstimate:
     def _single_channel(self, channel: str) -> ColumnNoise:
         """White or flicker noise of a channel from the top of its spectrum and the stated noise."""
         stated = self.stated.get(channel)
-        quiet = quiet_level(self.records, channel, float(np.log(self.settings.quiet_noise_factor)))
+        least = float(np.log(self.settings.quiet_noise_factor))
+        quiet = quiet_level(self.records, channel, least, self.settings.min_coherent_top)
         if quiet is None:
             return self._as_stated(channel)
         spectrum = NoiseSpectrum(float(np.exp(quiet.log)))

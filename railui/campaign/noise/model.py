@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class ColumnNoise:
         The same of the estimated one.
     source
         stated, estimated or both.
+    excess
+        Level estimated from the runs over that used, where the residual of a model bounds it; None: not bounded.
     """
 
     used: float
@@ -42,6 +44,7 @@ class ColumnNoise:
     log_sd: float = 0.0
     estimated_log_sd: float | None = None
     source: str = STATED
+    excess: float | None = None
 
     @property
     def ratio_to_stated(self) -> float | None:
@@ -54,6 +57,11 @@ class ColumnNoise:
         coloured = sum(sd**2 for _, sd in self.spectrum.coloured)
         total = coloured + self.spectrum.white**2
         return coloured / total if total > 0.0 else 0.0
+
+    def lowered(self, factor: float) -> ColumnNoise:
+        """Return the noise times a factor, by which the residual of a model bounds it."""
+        used, excess = factor * self.used, (self.excess or 1.0) / factor
+        return replace(self, used=used, spectrum=self.spectrum.scaled(factor), estimated=used, excess=excess)
 
 
 @dataclass(frozen=True)
@@ -79,6 +87,10 @@ class NoiseModel(Mapping[str, float]):
         """Source of the levels together: stated or estimated where all are, else both."""
         sources = {c.source for c in self.columns.values()}
         return sources.pop() if len(sources) == 1 else BOTH if sources else ESTIMATED
+
+    def within_residual(self, factors: Mapping[str, float]) -> NoiseModel:
+        """Return the noise model with columns lowered to the residual of a model, by factors on their levels."""
+        return NoiseModel({**self.columns, **{name: self.columns[name].lowered(x) for name, x in factors.items()}})
 
     def log_sd(self, name: str) -> float:
         """Standard deviation of the logarithm of a column's level; 0 without noise."""

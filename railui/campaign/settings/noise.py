@@ -28,6 +28,13 @@ class NoiseSettings:
     quiet_noise_factor: float = setting(
         1.3, minimum=1.01, meaning="The same of a white noise level from the top of a channel's spectrum, at least."
     )
+    min_coherent_top: float = setting(
+        0.5,
+        maximum=1.0,
+        meaning="Share of a rig's channel, at the top of its spectrum, that is coherent with the input, from which "
+        "only the rest of it is noise.",
+        provenance="derived: a smaller share raises an amplitude by less than 1.42",
+    )
     min_flicker_z: float = setting(
         6.0,
         minimum=0.0,
@@ -113,6 +120,13 @@ class NoiseSettings:
         minimum=64,
         meaning="Samples of the runs of a rig from which the noise of its input is estimated.",
         provenance="derived: the logarithms then differ by 0.06, one standard deviation, by chance",
+    )
+    max_noise_over_residual: float = setting(
+        1.5,
+        minimum=1.0,
+        meaning="Noise of a channel, estimated from the runs, over the residual of a model in the compared band, "
+        "beyond which the residual is its upper bound.",
+        provenance="trial: at most 1.02 on sound simulated rigs; 2.7 to 100 where motion fills the whole spectrum",
     )
     max_drift_share: float = setting(
         0.005,

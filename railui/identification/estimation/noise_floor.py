@@ -192,6 +192,11 @@ def _interval(
 
 def sensor_noise_error(context: Context, segments: Sequence[Segment]) -> float:
     """NRMSE that noise of the sensors alone leaves on segments, by its expectation."""
+    return overall_nrmse(sensor_noise_errors(context, segments))
+
+
+def sensor_noise_errors(context: Context, segments: Sequence[Segment]) -> dict[str, float]:
+    """NRMSE of each channel that noise of the sensors alone leaves on segments, by its expectation."""
     campaign, noise = context.campaign, context.noise
     variance, power = dict[str, float](), dict[str, float]()
     for s in segments:
@@ -201,7 +206,7 @@ def sensor_noise_error(context: Context, segments: Sequence[Segment]) -> float:
         for c, own, total in zip(names, expected, measured, strict=True):
             variance[c] = variance.get(c, 0.0) + s.samples * float(own)
             power[c] = power.get(c, 0.0) + s.samples * float(total)
-    return overall_nrmse({c: float(np.sqrt(variance[c] / max(power[c], 1e-300))) for c in power})
+    return {c: float(np.sqrt(variance[c] / max(power[c], 1e-300))) for c in power}
 
 
 def noise_weights(context: Context, model: Model, segment: Segment) -> FloatArray:

@@ -61,6 +61,12 @@ def noise_notes(noise: NoiseModel) -> list[str]:
         ratio = c.ratio_to_stated
         if c.source != STATED and ratio is not None and not 1.0 / NOTABLE_RATIO < ratio < NOTABLE_RATIO:
             notes.append(f"the noise of {name} is {ratio:.2g} times the stated one")
+    notes += [
+        f"the noise of {name} estimated from the runs is {c.excess:.2g} times the residual of the model, which bounds "
+        "it: the noise floor is an upper bound, and an error of its size does not confirm the model"
+        for name, c in noise.columns.items()
+        if c.excess is not None
+    ]
     coloured = [
         f"{name} ({100.0 * c.coloured_share:.0f} %)"
         for name, c in noise.columns.items()
