@@ -12,6 +12,7 @@ from railui.arrays import FloatArray
 from railui.campaign.corrections.correction import Correction, Corrections
 from railui.campaign.faults.fault import Fault
 from railui.campaign.faults.rig_responses import driving_column
+from railui.campaign.faults.saturation import is_motion, saturated_samples
 from railui.campaign.segment import Segment
 from railui.campaign.settings.faults import FaultSettings
 from railui.dsp.spectra import detrend, hann, hann_periodogram, periodogram
@@ -131,14 +132,28 @@ def _left_out(channel: str, has_others: bool) -> Corrections:
 
 
 def _clipping(channel: str, segments: Sequence[Segment], settings: FaultSettings, has_others: bool) -> list[Fault]:
-    counts = {s: clipped_samples(s.columns[channel], settings) for s in segments}
+    equal = {s: clipped_samples(s.columns[channel], settings) for s in segments}
+    noisy = {s: 0 if equal[s] else _saturated_samples(channel, s, settings) for s in segments}
+    counts = {s: equal[s] + noisy[s] for s in segments}
     files = tuple(dict.fromkeys(s.file for s, n in counts.items() if n))
     if not files:
         return []
     share = sum(counts.values()) / sum(s.samples for s in segments)
     text = f"{channel} is clipped: {sum(counts.values())} samples ({100.0 * share:.2f} %) in a row at its extreme"
+    if any(noisy.values()):
+        text += ", equal but for noise: an amplifier or a sensor saturates before the converter"
     serious = share > settings.serious_clipped_share
     return [Fault("clipping", (channel,), share, None, "1", files, text, serious, _left_out(channel, has_others))]
+
+
+def _saturated_samples(channel: str, segment: Segment, settings: FaultSettings) -> int:
+    """Count the samples of a channel on noisy plateaus at its extremes, which the force of a damper may have, too."""
+    if segment.kind == "bench":
+        return 0
+    indices = saturated_samples(segment.columns[channel], settings)
+    if channel == "z" and len(indices) and is_motion(segment.columns, indices, settings):
+        return 0
+    return len(indices)
 
 
 def _dropouts(channel: str, segments: Sequence[Segment], settings: FaultSettings, has_others: bool) -> list[Fault]:

@@ -176,6 +176,19 @@ class FaultSettings:
         maximum=1.0,
         meaning="Share of a channel's range just below an extreme with which the samples at it are compared.",
     )
+    max_approach_density: float = setting(
+        1.8,
+        minimum=1.0,
+        meaning="Density of samples just below a noisy plateau over that further below, up to which the channel is "
+        "cut off and does not come to rest.",
+        provenance="derived: 2.05 to 3 where a sine comes to rest; 1.26 and 1.72 where 80 and 95 % of it are left",
+    )
+    max_resting_acceleration: float = setting(
+        0.3,
+        maximum=1.0,
+        meaning="Acceleration on a plateau of the displacement over that of the whole run, up to which a mass rests.",
+        provenance="derived: above 1 where the displacement of a vibration is cut off, whose acceleration is largest",
+    )
     min_repeated_samples: int = setting(
         5,
         minimum=2,
