@@ -207,6 +207,14 @@ class ValidationSettings:
         maximum=0.9,
         meaning="Largest share of a test segment that is left out at its start, where its initial state is estimated.",
     )
+    max_first_order_change: float = setting(
+        0.3,
+        maximum=1.0,
+        meaning="Change of a run's response, over its rms, by the parameters estimated without it, up to which its "
+        "error is computed to first order.",
+        provenance="derived: 0.3 rad of a phase, of which the second order is 0.05; trial: 2 and 200 on simulated rigs "
+        "with a stop of which one run determines the parameters",
+    )
     noise_floor_draws: int = setting(10, minimum=2, meaning="Noise realisations behind the noise floor.")
     preliminary_floor_draws: int = setting(
         5, minimum=2, meaning="Noise realisations behind the noise floor that only steers the selection."

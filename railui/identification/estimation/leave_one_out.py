@@ -20,11 +20,14 @@ CUTOFF = 1e-9  # of the scaled normal matrix
 
 @dataclass(frozen=True)
 class LeftOutRun:
-    """NRMSE of a run with the parameters estimated on all other runs, and with those estimated on all runs."""
+    """NRMSE of a run with the parameters estimated on all other runs, and with those estimated on all runs.
+
+    nrmse: None where the run responds so much to the change of the parameters that first order does not hold.
+    """
 
     file: str
     role: str
-    nrmse: float
+    nrmse: float | None
     nrmse_with_all: float
 
 
@@ -68,11 +71,10 @@ def leave_one_run_out(context: Context, fit: Fit, validation_fit: Fit | None) ->
     rows = []
     for run in runs:
         first = next(t.segment for t in segments if t.segment.run_index == run)
-        errors = (
-            _nrmse(grams[run][used], power[run][used], change_of_estimates(fit, gram.sum(axis=0), fit.x))
-            for gram in (total - grams[run], total)
-        )
-        rows.append(LeftOutRun(first.file, first.role, *errors))
+        own, scale = grams[run][used], power[run][used]
+        without, with_all = (change_of_estimates(fit, g.sum(axis=0), fit.x) for g in (total - grams[run], total))
+        error = left_out_error(own, scale, without, context.settings.validation.max_first_order_change)
+        rows.append(LeftOutRun(first.file, first.role, error, _nrmse(own, scale, with_all)))
     return rows
 
 
@@ -85,6 +87,23 @@ def change_of_estimates(fit: Fit, gram: FloatArray, x: FloatArray) -> FloatArray
     precision = fit.normal.variance / fit.free.prior_sd**2
     inverse = scaled_inverse(gram[1:, 1:] + np.diag(precision), CUTOFF)
     return np.asarray(inverse @ (gram[1:, 0] + precision * (fit.free.prior - x)))
+
+
+def left_out_error(grams: FloatArray, power: FloatArray, step: FloatArray, max_change: float) -> float | None:
+    """NRMSE of a run after a change of the parameters [p], to first order; None where its response changes by more.
+
+    Parameters
+    ----------
+    grams
+        Products [channel, 1 + p, 1 + p] of the residual and its sensitivities.
+    power
+        Squared measured response [channel].
+    max_change
+        Rms change of the response over its rms.
+    """
+    squares = np.einsum("i,cij,j->c", step, grams[:, 1:, 1:], step)
+    change = np.sqrt(np.mean(np.maximum(squares, 0.0) / np.maximum(power, 1e-300)))
+    return _nrmse(grams, power, step) if change <= max_change else None
 
 
 def _nrmse(grams: FloatArray, power: FloatArray, step: FloatArray) -> float:

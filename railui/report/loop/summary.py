@@ -60,10 +60,16 @@ def left_out_lines(report: Report) -> list[str]:
     if not rows:
         return []
     cells = "; ".join(
-        f"{row['file']} ({ROLE_LABELS[row['role']]}) {_number(row['nrmse'])}, {_number(row['nrmse_with_all'])} with it"
+        f"{row['file']} ({ROLE_LABELS[row['role']]}) {_first_order(row)}{_number(row['nrmse_with_all'])} with it"
         for row in rows
     )
     return [f"NRMSE of each run, parameters estimated on all others to first order: {cells}."]
+
+
+def _first_order(row: Mapping[str, Any]) -> str:
+    if row["nrmse"] is None:
+        return "unknown without it (the parameters change too much for first order), "
+    return f"{_number(row['nrmse'])}, "
 
 
 def _number(value: float | None) -> str:
