@@ -12,6 +12,7 @@ from railui.arrays import FloatArray
 from railui.campaign.finding import Finding
 from railui.campaign.segment import Segment
 from railui.identification.context import Context, WithContext
+from railui.identification.estimation.block_merging import independent_edges
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.leave_one_out import LeftOutRun
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
@@ -180,6 +181,8 @@ def is_error_raised(before: FloatArray, after: FloatArray, level: float) -> bool
         return False
     if not np.all(np.isfinite(after)):
         return True
-    rise, n = after - before, len(after)
+    rise = after - before
+    rise = np.add.reduceat(rise, independent_edges((rise - rise.mean())[:, None]))
+    n = len(rise)
     mean, standard_error = float(rise.mean()), float(rise.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf
     return mean > float(special.stdtrit(max(n - 1, 1), 1.0 - level)) * standard_error
