@@ -19,6 +19,20 @@ class NoteSettings:
     late_input_tolerance: float = setting(
         0.05, maximum=1.0, meaning="Relative difference up to which delays of all channels are one, of the input."
     )
+    held_input_tolerance: float = setting(
+        0.1,
+        maximum=0.5,
+        meaning="Relative difference of a sensor's delay from half an interval between samples, up to which it may be "
+        "that of an input held from sample to sample.",
+        provenance="derived: a zero-order hold delays by exactly that; trial: 0.018 off on a simulated rig",
+    )
+    min_held_step: float = setting(
+        0.5,
+        minimum=0.0,
+        meaning="Rms difference of an input from one sample to the next, over its standard deviation, from which it "
+        "matters whether it is held or interpolated between them.",
+        provenance="derived: 1.41 of white noise, 0.5 of a sine with 12.4 samples in a period",
+    )
     gradual_slip_ratio: float = setting(
         0.25,
         minimum=0.0,

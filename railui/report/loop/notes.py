@@ -15,7 +15,13 @@ from railui.identification.unmodelled.discrepancy import is_at_noise_floor
 from railui.report.loop.conditions import condition_notes
 from railui.report.loop.motion_notes import gradual_slip_notes, unreached_motion_notes
 from railui.report.loop.noise import known_noise_text, noise_notes
-from railui.report.loop.rig_notes import filter_notes, late_force_notes, late_input_notes, unstated_input_noise_notes
+from railui.report.loop.rig_notes import (
+    filter_notes,
+    held_input_notes,
+    late_force_notes,
+    late_input_notes,
+    unstated_input_noise_notes,
+)
 from railui.report.loop.stop_positions import one_sided_notes
 from railui.report.loop.wording import MODEL_LABELS
 
@@ -54,6 +60,7 @@ def verdict_notes(result: LoopResult) -> list[str]:
     return [
         *unstated_input_noise_notes(result),
         *late_input_notes(result),
+        *held_input_notes(result),
         *late_force_notes(result),
         *unreached_motion_notes(result),
         *gradual_slip_notes(result),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from railui.arrays import FloatArray
 from railui.campaign.dataset import Dataset
 from railui.identification.result import LoopResult
 
@@ -51,6 +52,34 @@ def late_input_notes(result: LoopResult) -> list[str]:
         f"{', '.join(sorted(delays))} have the same delay: not they, but the input u is recorded {size:.3g} ms {late}; "
         f"correct it by `sensors: {{u: {{delay: {-1e3 * mean:.3g} ms}}}}`"
     ]
+
+
+def held_input_notes(result: LoopResult) -> list[str]:
+    """Return a note where the delay of a rig's channels is that of an input held between coarse samples."""
+    settings, dataset = result.context.settings.notes, result.dataset
+    driven = [s for s in dataset.estimation if s.kind == "rig" and np.any(s.columns.get("u", 0.0))]
+    if not driven or min(_relative_step(s.columns["u"]) for s in driven) < settings.min_held_step:
+        return []
+    half = 0.5 * float(np.mean([s.dt for s in driven]))
+    delays = {e.at: e.parameters["delay"] for e in result.after.model.effects if e.kind == "sensor_delay"}
+    late = [
+        at
+        for at, delay in delays.items()
+        if isinstance(delay, float) and abs(delay - half) <= settings.held_input_tolerance * half
+    ]
+    if not late:
+        return []
+    return [
+        f"the delay of {', '.join(late)} is half an interval between samples, {1e3 * half:.3g} ms, and the input u "
+        "changes much from one sample to the next: so does a response to an input that a converter holds (zero-order "
+        "hold), since the input counts as interpolated; record u as it acts, at several times the rate, before the "
+        f"sensor is blamed, or correct its mean delay by `sensors: {{u: {{delay: {-1e3 * half:.3g} ms}}}}`"
+    ]
+
+
+def _relative_step(u: FloatArray) -> float:
+    """Rms difference of successive samples over the standard deviation."""
+    return float(np.sqrt(np.mean(np.diff(u) ** 2)) / max(float(np.std(u)), 1e-300))
 
 
 def late_force_notes(result: LoopResult) -> list[str]:

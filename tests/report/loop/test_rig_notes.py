@@ -16,7 +16,12 @@ from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
 from railui.report.loop.data import loop_report
 from railui.report.loop.motion_notes import gradual_slip_notes, unreached_motion_notes
-from railui.report.loop.rig_notes import late_force_notes, late_input_notes, unstated_input_noise_notes
+from railui.report.loop.rig_notes import (
+    held_input_notes,
+    late_force_notes,
+    late_input_notes,
+    unstated_input_noise_notes,
+)
 from railui.report.loop.summary import summary_lines
 from railui.vehicle.effects import PlacedEffect
 
@@ -53,6 +58,20 @@ def test_equal_delays_of_all_channels_are_one_of_the_input() -> None:
 def test_other_delays_are_those_of_sensors(delays: dict[str, float]) -> None:
     driven = segment(u=1.0, z=1.0, az=1.0)
     assert late_input_notes(result(driven, driven, **delays)) == []
+
+
+def sampled(dt: float, u: np.ndarray) -> SimpleNamespace:
+    return SimpleNamespace(kind="rig", channels=["z"], dt=dt, columns={"u": u, "z": u})
+
+
+def test_a_delay_of_half_a_coarse_sample_may_be_that_of_a_held_input() -> None:
+    coarse = sampled(0.05, np.random.default_rng(1).standard_normal(400))
+    (note,) = held_input_notes(result(coarse, coarse, z=24.556e-3))
+    assert "zero-order hold" in note and "`sensors: {u: {delay: -25 ms}}`" in note
+    for delay in (-25e-3, 10e-3, 22e-3, 50e-3):
+        assert held_input_notes(result(coarse, coarse, z=delay)) == []
+    fine = sampled(0.05, np.sin(0.1 * np.arange(400)))
+    assert held_input_notes(result(fine, fine, z=25e-3)) == held_input_notes(result(coarse, coarse)) == []
 
 
 def test_a_residual_of_a_rig_is_no_force_before_the_noise_of_its_input_is_stated() -> None:
