@@ -57,6 +57,7 @@ from railui.identification.unmodelled.condition_dependence import (
 from railui.identification.unmodelled.discrepancy import find_discrepancy, is_small_effect, may_be_track_noise
 from railui.identification.unmodelled.locate import Discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
+from railui.identification.unmodelled.sensitive_motion import SensitiveMotion, find_sensitive_motion
 from railui.identification.verdict import Verdict, decide_verdict, explained_share
 from railui.parallel import run_both
 from railui.progress import SILENT, Progress
@@ -242,6 +243,7 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         exceeds_noise=not errors["after"].nrmse <= context.settings.verdict.max_noise_ratio * noise.nrmse,
     )
     context.progress.message(f"verdict {verdict}: NRMSE {errors['after'].nrmse:.4f}, noise floor {noise.nrmse:.4f}")
+    is_unexplained = verdict in (Verdict.OUTSIDE, Verdict.PARTIAL) and not is_cut
     return LoopResult(
         context,
         before=base_fit,
@@ -264,7 +266,13 @@ def _conclude(context: Context, base: _Base, selection: Selection) -> LoopResult
         freed=selection.freed,
         conditions=conditions,
         is_by_condition=deciding is not None,
+        sensitive_motion=_sensitive_motion(context, selection) if is_unexplained else None,
     )
+
+
+def _sensitive_motion(context: Context, selection: Selection) -> SensitiveMotion | None:
+    """Find a law with a sensitive motion where the selected model does not follow the runs."""
+    return find_sensitive_motion(context, selection.fit, selection.validation)
 
 
 class _Final(NamedTuple):

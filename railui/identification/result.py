@@ -28,6 +28,7 @@ from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stage import SelectionStep
 from railui.identification.unmodelled.condition_dependence import ConditionDependence
 from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.sensitive_motion import SensitiveMotion
 from railui.identification.verdict import Explained, Remainder, Verdict
 
 
@@ -81,6 +82,8 @@ class LoopResult(WithContext):
         Parameters under the stated conditions of the runs; None where there are none.
     is_by_condition
         Whether the verdict is that on the model whose parameters differ between the conditions.
+    sensitive_motion
+        Law with which the equation of motion of a rig holds whose motion no simulation follows; None: none.
     freed
         Test of differences between the joints or wheelsets that share an estimated number, and the model without those.
     """
@@ -108,6 +111,7 @@ class LoopResult(WithContext):
     conditions: ConditionDependence | None = None
     is_by_condition: bool = False
     freed: FreedGroups = field(default_factory=FreedGroups, repr=False)
+    sensitive_motion: SensitiveMotion | None = None
 
     @property
     def seed(self) -> int:

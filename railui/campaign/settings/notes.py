@@ -40,6 +40,21 @@ class NoteSettings:
         "is as likely as sliding surfaces.",
         provenance="conventional: the force is then below 0.9 of its limit in 29 % of the time of a Gaussian motion",
     )
+    max_equation_error_share: float = setting(
+        0.1,
+        maximum=1.0,
+        meaning="Squared equation error of a rig with a law, over that without it, up to which its equation of motion "
+        "holds with this law.",
+        provenance="trial: 0.0002 to 0.04 with the true law on simulated rigs of ten samples in a period, 0.1 and more "
+        "with other laws whose simulations follow",
+    )
+    sensitive_growth: float = setting(
+        1e4,
+        minimum=1.0,
+        meaning="Growth of a small difference between two simulations of a rig from which its motion is sensitive.",
+        provenance="trial: 1e5 and more on simulated chaotic rigs, up to 2e3 for some time on rigs with a stop that "
+        "simulations follow",
+    )
     min_reached_ratio: float = setting(
         0.01,
         maximum=1.0,

@@ -30,6 +30,11 @@ def slips_on_validation(context: Context, validation: Validation, segments: Sequ
     return _validation_misfit(context, validation, segments) > context.settings.windows.slipped_misfit
 
 
+def follows_on_validation(context: Context, validation: Validation, segments: Sequence[Segment]) -> bool:
+    """True where a model is in step with the motion in every block of the validation runs."""
+    return _validation_misfit(context, validation, segments) <= context.settings.windows.followed_misfit
+
+
 def _validation_misfit(context: Context, validation: Validation, segments: Sequence[Segment]) -> float:
     """Largest ratio of the squared error of a block to its signal, the channels in proportion to their power."""
     settings, worst = context.settings.windows, 0.0

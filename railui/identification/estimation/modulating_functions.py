@@ -53,7 +53,7 @@ def modulating_starts(model: Model, segments: Sequence[Segment], free: Sequence[
     if model.design.kind != "rig" or model.design.rig_input == "motion" or {"mass", "gain"} <= set(names):
         return []
     values = {name: model.value(f"vehicle.rig.{name}") for name in TERMS}
-    equations = [_equations(s, model.design.rig_input, values) for s in segments]
+    equations = [window_equations(s, model.design.rig_input, values) for s in segments]
     if not any(len(e) for e in equations):
         return []
     table = np.vstack([e for e in equations if len(e)])
@@ -65,25 +65,52 @@ def modulating_starts(model: Model, segments: Sequence[Segment], free: Sequence[
     return starts
 
 
-def _equations(segment: Segment, rig_input: str, values: Mapping[str, float]) -> FloatArray:
-    """Coefficients of the terms and of a constant in the equation of every window [window, 5], and its rms motion."""
+def window_equations(
+    segment: Segment,
+    rig_input: str,
+    values: Mapping[str, float],
+    forces: Sequence[FloatArray] = (),
+    *,
+    periods: float = WINDOW_PERIODS,
+    margin: int = 0,
+) -> FloatArray:
+    """Coefficients of the terms, a constant and some forces in the equation of every window, and its rms motion.
+
+    Parameters
+    ----------
+    values
+        Of the terms: the gain of a base displacement is not estimated.
+    forces
+        Series [n] that resist the motion as the spring does.
+    periods
+        Length of a window in dominant periods.
+    margin
+        Samples that are left out at both ends.
+
+    Returns
+    -------
+    array [window, len(TERMS) + 1 + len(forces) + 1]
+        No window where the equations cannot be formed.
+    """
     channel = next((c for c in DERIVATIVES if c in segment.columns), None)
     u = segment.columns.get("u")
     on_base = u is not None and rig_input == "base_displacement"
-    length = max(MIN_WINDOW_SAMPLES, round(WINDOW_PERIODS * dominant_period(segment) / segment.dt))
-    if channel is None or length > segment.samples or (on_base and channel != "z"):
-        return np.zeros((0, len(TERMS) + 2))
+    length = max(MIN_WINDOW_SAMPLES, round(periods * dominant_period(segment) / segment.dt))
+    last = segment.samples - length - margin
+    if channel is None or last < margin or (on_base and channel != "z"):
+        return np.zeros((0, len(TERMS) + len(forces) + 2))
     y, d = segment.columns[channel], DERIVATIVES[channel]
     stretch = y - values["gain"] * u if on_base and u is not None else y
     chi = _modulating_functions(length, segment.dt)
     force = -values["mass"] if rig_input == "base_acceleration" else 1.0
     count = min(MAX_WINDOWS, 2 * segment.samples // length)
     rows = []
-    for a in np.unique(np.linspace(0, segment.samples - length, count).astype(int)):
+    for a in np.unique(np.linspace(margin, last, count).astype(int)):
         at = slice(a, a + length)
         driven = 0.0 if u is None or on_base else float(force * (-1) ** d * (chi[d] @ u[at]))
         terms = [chi[2] @ y[at], -(chi[1] @ stretch[at]), chi[0] @ stretch[at], -driven]
-        rows.append([*terms, chi[0].sum() if d == 0 else 0.0, y[at].std()])
+        added = [(-1) ** d * (chi[d] @ f[at]) for f in forces]
+        rows.append([*terms, chi[0].sum() if d == 0 else 0.0, *added, y[at].std()])
     return np.array(rows)
 
 

@@ -58,6 +58,13 @@ class Candidate:
         keys = [p["key"] for p in core.effect_record(self.kind)["parameters"] if p["role"] == "strength"]
         return keys[0] if keys else None
 
+    @property
+    def has_own_force(self) -> bool:
+        """True for a force that is proportional to its strength, whatever the elements of the vehicle."""
+        record = core.effect_record(self.kind)
+        units = [str(p["unit"]) for p in record["parameters"] if p["key"] == self.strength]
+        return record["acts"] == "force" and any(unit.startswith("F") for unit in units)
+
     def is_related(self, other: Candidate) -> bool:
         """True for two laws of one family at one location."""
         family = core.effect_record(self.kind)["family"]

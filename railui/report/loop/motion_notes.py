@@ -1,13 +1,15 @@
-"""Notes of the loop report on the motion: not reached by the estimation runs, or as slow as a law saturates."""
+"""Notes of the loop report on the motion: not reached by the estimation runs, sensitive, as slow as a law saturates."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from railui import core
+from railui.identification.estimation.modulating_functions import TERMS
 from railui.identification.result import LoopResult
 from railui.report.loop.catalogued_effects import catalogued_effects
 from railui.report.loop.force_evaluation import ports_at
+from railui.report.loop.sentence import format_share
 from railui.report.loop.wording import effect_title, location_phrase, unit_location
 from railui.report.numbers import quantity_with_sd
 from railui.vehicle.effects import PlacedEffect, parameter_unit
@@ -32,6 +34,32 @@ def unreached_motion_notes(result: LoopResult) -> list[str]:
                 "the role adjust"
             )
     return notes
+
+
+def sensitive_motion_notes(result: LoopResult) -> list[str]:
+    """Return a note where the equation of motion of a rig holds with a law, but no simulation follows its motion."""
+    found = result.sensitive_motion
+    if found is None:
+        return []
+    effect = found.effect
+    numbers = ", ".join(
+        f"{p['key'].replace('_', ' ')} about {effect.parameters[p['key']]:.3g}"
+        for p in core.effect_record(effect.kind)["parameters"]
+        if p["key"] in effect.parameters
+    )
+    rig = ", ".join(
+        f"{path.rpartition('.')[2]} {found.model.value(path):.3g}"
+        for path in result.dataset.campaign.estimated_parameters
+        if path.rpartition(".")[2] in TERMS
+    )
+    where = location_phrase(effect.at, effect.wheelset, result.nominal.design.structure)
+    return [
+        f"the motion is sensitive to its start: with {effect_title(effect.kind)} in {where} ({numbers}; {rig}) the "
+        f"equation of motion leaves {format_share(found.share)} of the squared error without it, and simulations over "
+        f"{found.seconds:.2g} s an NRMSE of {found.window_nrmse:.2g}, but over whole runs two simulations part from a "
+        f"small difference by a factor of {found.growth:.1g}, so that their errors decide on no law. These are start "
+        "values, not estimates with a spread: record runs with a smaller drive, where the motion is not sensitive"
+    ]
 
 
 def gradual_slip_notes(result: LoopResult) -> list[str]:

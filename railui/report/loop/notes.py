@@ -13,7 +13,7 @@ from railui.identification.result import LoopResult
 from railui.identification.structure.candidate_scores import has_structure
 from railui.identification.unmodelled.discrepancy import is_at_noise_floor
 from railui.report.loop.conditions import condition_notes
-from railui.report.loop.motion_notes import gradual_slip_notes, unreached_motion_notes
+from railui.report.loop.motion_notes import gradual_slip_notes, sensitive_motion_notes, unreached_motion_notes
 from railui.report.loop.noise import known_noise_text, noise_notes
 from railui.report.loop.rig_notes import (
     filter_notes,
@@ -58,6 +58,7 @@ def report_notes(result: LoopResult) -> list[str]:
 def verdict_notes(result: LoopResult) -> list[str]:
     """Return the notes that qualify the verdict: other causes of what it names, and motions that it does not cover."""
     return [
+        *sensitive_motion_notes(result),
         *unstated_input_noise_notes(result),
         *late_input_notes(result),
         *held_input_notes(result),

@@ -91,6 +91,12 @@ def _partial_text(result: LoopResult) -> str:
 
 def _outside_text(result: LoopResult) -> str:
     discrepancy = result.discrepancy
+    if result.sensitive_motion is not None:
+        return (
+            "Motion that is sensitive to its start, so that no simulation follows it over whole runs; its equation of "
+            f"motion holds with {_name(result, result.sensitive_motion.effect)}. Validation error "
+            f"{_error(result, 'after')}, which decides on no law; {_noise(result)}."
+        )
     if discrepancy is None:
         return _without_discrepancy(result)
     text = f"Discrepancy that no effect of the catalogue explains, {_location(result)}"
@@ -139,6 +145,10 @@ def remainder_text(result: LoopResult) -> str:
     """Return what the final model leaves: how much, where it acts, and which effect it resembles."""
     remainder = result.remainder
     ratio = "" if remainder.ratio is None else f" ({format_share(remainder.ratio)} of the error beyond noise)"
+    if result.sensitive_motion is not None:
+        return (
+            f"The remainder{ratio} is of a motion sensitive to its start, which no simulation follows over whole runs."
+        )
     drift = result.discrepancy and result.discrepancy.lowers_error and result.discrepancy.drift
     if drift:
         varying = f"a variation of {drift.path} {_course(result.discrepancy)}"

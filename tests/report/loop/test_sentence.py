@@ -60,6 +60,7 @@ def result(
         "test": None,
         "conditions": None,
         "is_by_condition": False,
+        "sensitive_motion": None,
     }
     return cast(LoopResult, SimpleNamespace(**fields))
 
