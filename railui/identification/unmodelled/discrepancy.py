@@ -15,6 +15,7 @@ from railui.identification.structure.stepwise import Selection
 from railui.identification.unmodelled.evidence import CONTACT_LOCATIONS, NO_EVIDENCE
 from railui.identification.unmodelled.locate import (
     Discrepancy,
+    difference_between_estimation_runs,
     find_run_dependence,
     find_variation,
     is_conclusive,
@@ -55,7 +56,10 @@ def find_discrepancy(
         return find_acting_discrepancy(context, fit, selection, error_to_noise, evidence)
 
     if not is_at_noise_floor(context, fit, error_to_noise):
-        return within_runs() or between_runs()
+        difference = None
+        if error_to_noise > context.settings.selection.unexplained_ratio:
+            difference = difference_between_estimation_runs(context, fit, selection.validation, floor.nrmse)
+        return difference or within_runs() or between_runs()
     difference = between_runs()
     if difference is not None and difference.run_dependence is not None:
         return difference

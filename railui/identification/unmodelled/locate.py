@@ -33,6 +33,7 @@ from railui.identification.unmodelled.evidence import (
     share_at_contact,
 )
 from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained_by_curve, fit_curve
+from railui.identification.unmodelled.run_by_run import find_run_difference
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
@@ -319,15 +320,58 @@ def find_run_dependence(
     is_adequate = change.validation.nrmse <= context.settings.selection.adequate_ratio * floor
     if not is_adequate and evidence.share < context.settings.run_dependence.min_run_dependence_share:
         return unexplained_difference(context, fit, validation_fit, validation)
+    return _of_run_dependence(context, fit, validation, change, evidence)
+
+
+def difference_between_estimation_runs(
+    context: Context, fit: Fit, validation: Validation, floor: float
+) -> Discrepancy | None:
+    """Find a difference between the estimation runs; None unless models of each are at noise, and on validation runs.
+
+    Parameters
+    ----------
+    floor
+        NRMSE that noise leaves on the validation runs.
+    """
+    found = find_run_difference(context, fit)
+    if found is None or not is_significant_gain(context, validation, found.validation):
+        return None
+    context.progress.message(f"  models apart for every estimation run: NRMSE {found.validation.nrmse:.4f}")
+    evidence = evidence_of_validations(validation, found.validation, floor)
+    is_adequate = found.validation.nrmse <= context.settings.selection.adequate_ratio * floor
+    if not is_adequate and evidence.share < context.settings.run_dependence.min_run_dependence_share:
+        return None
+    if found.dependence is None:
+        return _unlocated_difference(fit, validation, evidence.share)
+    return _of_run_dependence(context, fit, validation, found.dependence, evidence)
+
+
+def _of_run_dependence(
+    context: Context, fit: Fit, validation: Validation, change: RunDependence, evidence: LocationEvidence
+) -> Discrepancy:
+    """Return a parameter that differs from run to run as a discrepancy."""
     share, _ = validation.error_reduction(change.validation)
     at, wheelset = location_of(change.path, change.ratios, fit.model)
     calibrated = fit.model.value(change.path)
     extreme = max((r for r in change.runs if r.role == "validate"), key=lambda r: abs(r.value - calibrated))
     segments = [s for s in context.dataset.selection if s.run_index == extreme.run]
-    ends = np.array([segments[0].columns["s"][0], segments[-1].columns["s"][-1]])
+    against, unit_of_course = ("s", "m") if fit.model.design.is_on_track else ("t", "s")
+    ends = np.array([segments[0].columns[against][0], segments[-1].columns[against][-1]])
     values, sd, unit = np.full(2, extreme.value), np.full(2, extreme.sd), fit.model.design.unit(change.path)
     return Discrepancy(
-        at, wheelset, "s", ends, values, sd, "m", unit, share, fit, validation, run_dependence=change, evidence=evidence
+        at,
+        wheelset,
+        against,
+        ends,
+        values,
+        sd,
+        unit_of_course,
+        unit,
+        share,
+        fit,
+        validation,
+        run_dependence=change,
+        evidence=evidence,
     )
 
 
@@ -345,23 +389,23 @@ def unexplained_difference(
             f"  residual of the validation runs resembles forces at {at} {wheelset or ''}: "
             f"share {best.share:.2f} +/- {best.standard_error:.2f}"
         )
-    nothing = np.zeros(0)
-    return Discrepancy(
-        at,
-        wheelset,
-        "s",
-        nothing,
-        nothing,
-        nothing,
-        "m",
-        "N",
-        evidence.share,
-        fit,
-        validation,
-        is_unexplained_difference=True,
+    rivals = rival_locations(context.settings, locating) if locating else ()
+    return replace(
+        _unlocated_difference(fit, validation, evidence.share),
+        at=at,
+        wheelset=wheelset,
         evidence=evidence,
         contact_share=share_at_contact(forces),
-        rivals=rival_locations(context.settings, locating) if locating else (),
+        rivals=rivals,
+    )
+
+
+def _unlocated_difference(fit: Fit, validation: Validation, share: float) -> Discrepancy:
+    """Return a difference between runs that no parameter explains."""
+    against, unit = ("s", "m") if fit.model.design.is_on_track else ("t", "s")
+    none = np.zeros(0)
+    return Discrepancy(
+        "", None, against, none, none, none, unit, "N", share, fit, validation, is_unexplained_difference=True
     )
 
 

@@ -106,15 +106,21 @@ def _run_dependence(outside: Mapping[str, Any]) -> EffectFigure:
             values = [factor * run["value"] for _, run in numbered]
             bars = [2 * factor * (run["sd"] or 0.0) for _, run in numbered]
             ax.errorbar(positions, values, yerr=bars, color=colour, fmt=marker, ms=6, capsize=4, **ERROR_BAR)
-        labels = [f"{run['file']}\n{ROLE_LABELS[run['role']]}, {run['speed']:.3g} m/s" for run in runs]
+        is_on_track = outside["against"] == "s"
+        speeds = [f", {run['speed']:.3g} m/s" if is_on_track else "" for run in runs]
+        labels = [f"{run['file']}\n{ROLE_LABELS[run['role']]}{v}" for run, v in zip(runs, speeds, strict=True)]
         ax.set_xticks(range(len(runs)), labels)
         ax.set_xlim(-0.5, len(runs) - 0.5)
         ax.set_ylabel(axis_label(outside["parameter"], unit))
 
     where = _where(outside)
     picture = draw_picture("outside", f"{outside['parameter']} on every run", FIGURE_SIZE, draw, bottom=0.5)
+    is_apart = len({run["value"] for run in runs if run["role"] == "adjust"}) > 1
     note = (
-        "Square: as calibrated; round: as estimated on that run with all else as calibrated; bars: two standard "
+        "Square: as estimated on that run; round: of the model that holds on that run; bars: two standard deviations. "
+        f"With these models the error on the validation runs is {outside['nrmse']:.3f}."
+        if is_apart
+        else "Square: as calibrated; round: as estimated on that run with all else as calibrated; bars: two standard "
         f"deviations. With these values the error on the validation runs would be {outside['nrmse']:.3f}. It is not "
         "the error of the table above, because no parameter of the reported model is fitted to these runs."
     )

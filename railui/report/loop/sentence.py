@@ -318,7 +318,8 @@ def run_dependence_text(result: LoopResult, dependence: RunDependence) -> str:
     unit = model.design.unit(dependence.path)
     runs_by_value: dict[float, list[str]] = {}
     for run in dependence.runs:
-        runs_by_value.setdefault(run.value, []).append(f"{run.file} ({format_quantity(run.speed, 'm/s', 3)})")
+        speed = f" ({format_quantity(run.speed, 'm/s', 3)})" if model.design.is_on_track else ""
+        runs_by_value.setdefault(run.value, []).append(f"{run.file}{speed}")
     values = [f"{format_quantity(value, unit)} on {', '.join(runs)}" for value, runs in runs_by_value.items()]
     others = [path for path in dependence.ratios if path != dependence.path]
     proportional = f" ({', '.join(others)} in proportion)" if others else ""

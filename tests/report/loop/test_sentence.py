@@ -273,7 +273,7 @@ def test_a_failed_calibration_comes_last() -> None:
 )
 def test_a_parameter_that_differs_between_runs_has_its_value_on_every_run(path: str, named: str) -> None:
     effects = (PlacedEffect("viscous_damper", "primary_yaw", None, {"damping": 1e5}),)
-    model = SimpleNamespace(effects=effects, design=SimpleNamespace(unit=lambda path: "N*m*s/rad"))
+    model = SimpleNamespace(effects=effects, design=SimpleNamespace(unit=lambda path: "N*m*s/rad", is_on_track=True))
     found = cast(LoopResult, SimpleNamespace(after=SimpleNamespace(model=model), nominal=fit().model))
     runs = (RunEstimate(0, "a.csv", "adjust", 40.0, 1.5e5, 1e3), RunEstimate(1, "b.csv", "validate", 31.0, 2e5, 2e3))
     text = run_dependence_text(found, RunDependence(path, {path: 1.0}, runs, 5e-4, cast(Validation, None)))

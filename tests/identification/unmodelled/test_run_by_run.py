@@ -1,0 +1,63 @@
+"""Differences between the estimation runs: the parameter that differs, and that no parameter is fitted elsewhere."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read_dataset
+from railui.identification.context import create_context
+from railui.identification.estimation.calibration import calibrate
+from railui.identification.estimation.validation import validate
+from railui.identification.unmodelled.discrepancy import difference_between_estimation_runs
+from railui.identification.unmodelled.run_by_run import RunDifference, find_run_difference
+from tests.identification.unmodelled.test_run_dependence import ADEQUATE, Case, Scenario
+from tests.truth.campaign import campaigns, write
+
+CONICITIES = {f"contact.{w}.conicity" for w in ("leading", "trailing")}
+
+
+def case(*runs: Mapping[str, float]) -> Case:
+    """Calibrate on two estimation runs, of which the vehicles may differ; the last is the validation run."""
+    parts = campaigns(Scenario(runs, (40.0, 31.0, 35.0)).orders())
+    selected = {letter: part.runs[letter] for part, letter in zip(parts, "abc", strict=True)}
+    with tempfile.TemporaryDirectory() as folder:
+        write(replace(parts[0], runs=selected), Path(folder))
+        dataset = read_dataset(load_campaign(folder))
+    roles: Sequence[str] = ("adjust", "adjust", "validate")
+    segments = tuple(replace(s, role=roles[s.run_index]) for s in dataset.segments)
+    context = create_context(replace(dataset, segments=segments), jobs=2)
+    return Case(context, calibrate(context))
+
+
+def difference(of: Case) -> RunDifference | None:
+    return find_run_difference(of.context, of.fit)
+
+
+def test_the_conicity_of_one_estimation_run_differs() -> None:
+    worn = case({}, {"lam": 1.15}, {})
+    found = difference(worn)
+    assert found is not None and found.dependence is not None and set(found.dependence.ratios) == CONICITIES
+    a, b, c = found.dependence.runs
+    assert b.value / a.value == pytest.approx(1.15, rel=0.02) and c.value == a.value
+    common = validate(worn.context, worn.fit.model, worn.dataset.selection)
+    assert found.validation.nrmse < 0.5 * common.nrmse
+    discrepancy = difference_between_estimation_runs(
+        worn.context, worn.fit, common, found.validation.nrmse / ADEQUATE * 1.05
+    )
+    assert discrepancy is not None and (discrepancy.at, discrepancy.wheelset) == ("contact", None)
+    assert discrepancy.validation is common  # of the calibrated model
+
+
+def test_runs_that_differ_in_more_than_one_parameter_name_none() -> None:
+    found = difference(case({}, {"lam": 1.3, "k_y": 2.0}, {}))
+    assert found is not None and found.dependence is None
+
+
+def test_runs_of_one_vehicle_do_not_differ() -> None:
+    assert difference(case({}, {}, {})) is None
