@@ -193,9 +193,12 @@ async def fleet() -> None:
 if __name__ == "__main__":
     tune_interpreter()
     wanted = sys.argv[1:]
-    with tempfile.TemporaryDirectory() as scratch:
-        os.environ["XDG_STATE_HOME"] = scratch
-        os.chdir(scratch)
-        for part in (design, optimise, campaign, capture, fleet, plain):
-            if not wanted or part.__name__ in wanted:
-                asyncio.run(part())
+    for part in (design, optimise, campaign, capture, fleet, plain):
+        if wanted and part.__name__ not in wanted:
+            continue
+        # a desk would offer the session of the one before
+        with tempfile.TemporaryDirectory() as scratch:
+            os.environ["XDG_STATE_HOME"] = scratch
+            os.chdir(scratch)
+            asyncio.run(part())
+            os.chdir(REPOSITORY)
