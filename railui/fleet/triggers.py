@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.campaign.segment import Segment
+from railui.dsp.intervals import true_intervals
 from railui.fleet.schema import TriggersModel
 
 MIN_DURATION: Final = 8.0  # s, some periods of a bogie's hunting motion
@@ -38,7 +39,7 @@ def comparable_part(segments: list[Segment], triggers: TriggersModel, section: s
     best: Part | None = None
     for segment in segments:
         for name, mask in _conditions(segment, triggers, section):
-            for start, stop in _intervals(mask):
+            for start, stop in true_intervals(mask):
                 stop = min(stop, start + round(triggers.max_duration / segment.dt))
                 if (stop - start) * segment.dt < _min_duration(segment, triggers) - 0.5 * segment.dt:
                     continue
@@ -68,12 +69,6 @@ def _conditions(segment: Segment, triggers: TriggersModel, section: str) -> list
         for name, (low, high) in triggers.sections.items()
         if section in ("", name)
     ]
-
-
-def _intervals(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Unbroken intervals [start, stop) of true samples."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _cut(segment: Segment, start: int, stop: int) -> Segment:

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.faults import FaultSettings
+from railui.dsp.intervals import true_intervals
 
 WIDTHS = (2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # of a channel's range: of a plateau with its noise
 LEAST_STEPS = 2.01  # of the resolution: a narrower plateau is of equal samples
 DEPTHS = (0.05, 0.25)  # of the range, below a plateau
 REST_SHARE = 0.5  # of the samples
-
-Events = list[tuple[int, int]]  # first index, and the one after the last
 
 
 def saturated_samples(x: FloatArray, settings: FaultSettings) -> NDArray[np.intp]:
@@ -44,7 +43,8 @@ def _of_extreme(x: FloatArray, least: float, settings: FaultSettings) -> NDArray
     """Return the indices on the narrowest plateau at the maximum of a series; none without one."""
     top, extent = float(x.max()), float(np.ptp(x))
     for width in (share * extent for share in WIDTHS if share * extent >= least):
-        events = [e for e in _events(x >= top - width) if e[1] - e[0] >= settings.min_equal_samples]
+        plateau = _without_single_gaps(x >= top - width)
+        events = [(a, b) for a, b in true_intervals(plateau) if b - a >= settings.min_equal_samples]
         number = sum(b - a for a, b in events)
         side = top - width - max(settings.clipping_side_share * extent, 2.0 * width)
         near = int(np.sum((x < top - width) & (x >= side)))
@@ -56,12 +56,11 @@ def _of_extreme(x: FloatArray, least: float, settings: FaultSettings) -> NDArray
     return np.zeros(0, np.intp)
 
 
-def _events(is_at: NDArray[np.bool_]) -> Events:
-    """Return the parts of a series that are on a plateau, less single samples below it."""
-    closed = is_at.copy()
-    closed[1:-1] |= is_at[:-2] & is_at[2:]
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], closed.astype(np.int8), [0]))))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+def _without_single_gaps(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a mask that is true for single false samples between true ones, too."""
+    closed = mask.copy()
+    closed[1:-1] |= mask[:-2] & mask[2:]
+    return closed
 
 
 def _is_cut_off(depth: FloatArray, extent: float, settings: FaultSettings) -> bool:

@@ -284,7 +284,7 @@ class SearchView(Vertical):
         index = self.designs.index
         parts = [fresh_comparison(self.history, index, width), baseline_comparison(self.history, index, width)]
         statistics = "\n".join(part for part in parts if part)
-        text = Text(f"{statistics}\n\n" if statistics else "", no_wrap=True, overflow="ellipsis")
+        text = Text(f"{statistics}\n" if statistics else "", no_wrap=True, overflow="ellipsis")
         text.append_text(comparison_text(*self.results, quality.size.width))
         quality.update(text, layout=False)
 

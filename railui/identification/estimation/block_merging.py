@@ -24,6 +24,10 @@ def independent_edges(parts: FloatArray) -> NDArray[np.int64]:
     parts : array [block, column]
         Parts of the blocks in sums that are zero.
 
+    References
+    ----------
+    Bayley and Hammersley, J. Royal Statist. Soc. Suppl. 8 (1946) 184: effective number of independent observations.
+
     Examples
     --------
     >>> independent_edges(np.array([[1.0], [-1.0]] * 8)).size

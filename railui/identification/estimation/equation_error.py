@@ -1,9 +1,9 @@
 """Equation-error estimates of a rig with a nonlinear law: linear least squares, without local minima.
 
-The equation of motion by modulating functions has one term more: a strength times the force of the law at the measured
-motion. The output error of a strongly driven nonlinear rig has minima far from the true one, near the linear model that
-fits best; the equation error of a law that is linear in its strength has one minimum. Noise of the motion biases it
-(errors in variables), so that it gives start values only.
+The equation of motion by modulating functions (Shinbrot 1957, see modulating_functions.py) has one term more: a
+strength times the force of the law at the measured motion. The output error of a strongly driven nonlinear rig has
+minima far from the true one, near the linear model that fits best; the equation error of a law that is linear in its
+strength has one minimum. Noise of the motion biases it (errors in variables), so that it gives start values only.
 """
 
 from __future__ import annotations

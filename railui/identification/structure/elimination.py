@@ -56,10 +56,10 @@ def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep
 def remove_undetermined(
     context: Context, final: Stage, steps: list[SelectionStep], finish: Callable[[Fit], Fit]
 ) -> Stage:
-    """Remove effects beside others of which the data determine no number, the least determined first; updates `steps`.
+    """Remove effects of which the data determine no number, the least determined first; updates `steps`.
 
     Such an effect only balances another: it is collinear with it or with estimated parameters. The model without it is
-    fitted to the end; it stays where that cannot be.
+    fitted to the end; it stays where that cannot be, and where it is the only effect.
 
     finish: fits a model to the end.
     """

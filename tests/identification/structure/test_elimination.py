@@ -84,7 +84,7 @@ def selected(context: Context, model: Model) -> tuple[Stage, list[SelectionStep]
 
 
 def test_an_effect_of_which_no_number_is_determined_is_removed() -> None:
-    """A damper beside one whose damping is estimated: the two have a sum alone."""
+    """A damper and the estimated damping of its joint: the data determine their sum alone."""
     context = simulated_campaign(PLAY).context
     play = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 4e-4})
     final, steps = selected(context, context.nominal.with_effect(play).with_effect(COLLINEAR))
