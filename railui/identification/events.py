@@ -10,7 +10,7 @@ from railui.arrays import FloatArray
 
 if TYPE_CHECKING:
     from railui.identification.estimation.validation import Validation
-    from railui.identification.structure.evidence import ScoreResult
+    from railui.identification.structure.score_result import ScoreResult
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,19 +28,19 @@ from railui.identification.estimation.noise_floor import NoiseFloor, estimate_no
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.parameter_samples import with_parameter_samples
 from railui.identification.estimation.problem import prepare_segments
-from railui.identification.estimation.residual_bound import with_noise_within_residual
-from railui.identification.estimation.residual_evidence import (
+from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
+from railui.identification.estimation.validation import Validation, validate
+from railui.identification.events import ModelValidated
+from railui.identification.remainder import describe_remainder
+from railui.identification.residual.noise_evidence import (
     NOT_EXAMINED,
     ResidualEvidence,
     examine_residual,
     examine_residual_of_each,
 )
-from railui.identification.estimation.track_noise import with_level_of_residual, with_track_noise
-from railui.identification.estimation.unbiased import with_shift_as_spread, with_unbiased_estimates
-from railui.identification.estimation.validation import Validation, validate
-from railui.identification.estimation.withdrawn_gains import contradicted_gains
-from railui.identification.events import ModelValidated
-from railui.identification.remainder import describe_remainder
+from railui.identification.residual.sensor_noise_bound import with_noise_within_residual
+from railui.identification.residual.track_noise import with_level_of_residual, with_track_noise
+from railui.identification.residual.withdrawn_gains import contradicted_gains
 from railui.identification.result import LoopResult, run_independent_test, validate_final
 from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.freed_groups import freed_members_lower_error

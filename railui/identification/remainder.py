@@ -8,8 +8,8 @@ import numpy as np
 
 from railui.identification.context import Context
 from railui.identification.estimation.noise_floor import NoiseFloor
-from railui.identification.estimation.residual_evidence import ResidualEvidence, depends_on_both
 from railui.identification.estimation.validation import Validation
+from railui.identification.residual.noise_evidence import ResidualEvidence, depends_on_both
 from railui.identification.structure.candidate_scores import has_structure
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.unmodelled.locate import Discrepancy

@@ -10,8 +10,8 @@ import numpy as np
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.estimation.noise_floor import NoiseFloor
-from railui.identification.estimation.residual_surface import SurfaceShares
 from railui.identification.estimation.validation import NO_MOTION, Validation
+from railui.identification.residual.restoring_force_surface import SurfaceShares
 
 
 class Verdict(StrEnum):

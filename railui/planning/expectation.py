@@ -19,14 +19,15 @@ from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.covariance import effective_freedom
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import MIN_SCORE_FREEDOM, from_normal, noncentrality
 from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.minimum_detectable import (
     POWER_QUANTILE,
     detectable_rows,
     minimum_detectable_amount,
 )
+from railui.identification.structure.score_result import MIN_SCORE_FREEDOM
 from railui.identification.structure.score_test import ScoreTestResult
+from railui.identification.structure.student import from_normal, noncentrality
 from railui.planning.information import Information
 from railui.planning.run_information import RunInformation
 from railui.planning.validation_products import ValidationProducts

@@ -14,8 +14,8 @@ from railui.campaign.settings.planning import PlanningSettings
 from railui.identification.estimation.fit import Fit
 from railui.identification.result import LoopResult
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.refit import Refit
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.stage import SelectionStep
 from railui.io.problems import FileProblems
 from railui.planning.vuong import vuong_statistic

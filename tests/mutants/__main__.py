@@ -34,7 +34,9 @@ EXPLAINED = ROOT / "tests" / "mutants" / "survivors.yaml"
 # the tests that concern a module, all fast
 TESTS = {
     "railui/identification/verdict.py": ["tests/identification/test_verdict.py"],
-    "railui/identification/structure/evidence.py": ["tests/identification/structure/test_evidence.py"],
+    "railui/identification/structure/family_wise_test.py": ["tests/identification/structure/test_family_wise_test.py"],
+    "railui/identification/structure/score_result.py": ["tests/identification/structure/test_family_wise_test.py"],
+    "railui/identification/structure/student.py": ["tests/identification/structure/test_family_wise_test.py"],
     "railui/ride_quality/score.py": ["tests/ride_quality/test_score.py"],
     "railui/capture/protocol/wire.py": ["tests/capture/protocol/test_wire.py"],
 }

@@ -12,8 +12,8 @@ import pytest
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import from_normal, noncentrality
 from railui.identification.structure.minimum_detectable import POWER_QUANTILE
+from railui.identification.structure.student import from_normal, noncentrality
 from railui.planning.expectation import Choice, Expectation
 from railui.planning.information import Information
 from railui.planning.run_information import RunInformation

@@ -12,8 +12,9 @@ from railui.identification.estimation.initial_state import estimate_initial_stat
 from railui.identification.estimation.problem import FitSegment, truncate
 from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate, list_candidates
-from railui.identification.structure.evidence import ScoreResult, family_wise_test
+from railui.identification.structure.family_wise_test import family_wise_test
 from railui.identification.structure.preselection import preselect, ranked, undecided, with_best_shapes
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.parallel import run_both
 

@@ -19,7 +19,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import truncate
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import family_wise_p, highest_scores_of_noise
+from railui.identification.structure.family_wise_test import family_wise_p, highest_scores_of_noise
 from railui.identification.structure.projection import Projector
 from railui.vehicle.division import divide_design, divisible_numbers
 

@@ -18,8 +18,8 @@ from railui.arrays import FloatArray
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.structure.candidates import Candidate, batches_on, candidate_text
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.refit import continue_on_whole_runs, refit_leading_first
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.screening import ScreeningFits, scaled_shape
 from railui.parallel import map_threads

@@ -9,8 +9,8 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.problem import FitSegment
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.locations import JointKey, joint_key
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTest
 from railui.vehicle.model import Model
 

@@ -11,7 +11,7 @@ from scipy import linalg
 from railui.arrays import FloatArray
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.score_result import ScoreResult
 
 HELD_PRECISION = 1e6  # of a parameter held on its bound, in its own information
 

@@ -19,7 +19,7 @@ from railui.identification.estimation.leave_one_out import change_of_estimates
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, channel_power
 from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import Candidate, candidate_text
-from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.screening import Screened, ScreeningFits, fit_with_effects, has_states
 from railui.parallel import map_threads

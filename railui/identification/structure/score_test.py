@@ -24,8 +24,8 @@ from railui.identification.estimation.problem import FitSegment
 from railui.identification.events import ScoreTestProgress
 from railui.identification.prediction import Predictor, required_steps_each
 from railui.identification.structure.candidates import QUADRATURE, Candidate, CandidateBatch, batches_on
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.projection import ProjectedScores, Projector
+from railui.identification.structure.score_result import ScoreResult
 from railui.parallel import map_threads
 from railui.vehicle.model import RADIUS, Model, wrap_angle
 

@@ -15,8 +15,8 @@ from railui.identification.estimation.output_error import continue_fit, fit_outp
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, truncate
 from railui.identification.prediction import SimulationError
 from railui.identification.structure.candidates import Candidate, candidate_text
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.locations import Element, estimated_elements, joint_key
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.io.problems import FileProblems
 from railui.parallel import map_threads

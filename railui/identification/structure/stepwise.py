@@ -14,14 +14,13 @@ from railui.identification.estimation.growing_windows import follow_motion, foll
 from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import FitSegment, reprepare_segments
-from railui.identification.estimation.track_noise import with_track_noise
 from railui.identification.estimation.validation import Validation
 from railui.identification.events import ModelValidated
 from railui.identification.prediction import DivergedError
+from railui.identification.residual.track_noise import with_track_noise
 from railui.identification.structure.candidate_scores import has_structure, run_score_test, scored_part
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.elimination import refit_text, remove_superfluous, remove_undetermined
-from railui.identification.structure.evidence import from_normal
 from railui.identification.structure.exchange import exchange_effects
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.limiting_laws import replace_by_limits
@@ -36,6 +35,7 @@ from railui.identification.structure.refit import Refit, cross_validation_errors
 from railui.identification.structure.rivals import RivalExplanations
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from railui.identification.structure.stage import SelectionStep, Stage, gains, pair_steps, validated_stage
+from railui.identification.structure.student import from_normal
 from railui.parallel import map_threads, run_both
 from railui.vehicle.effects import PlacedEffect
 

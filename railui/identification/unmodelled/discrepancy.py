@@ -8,11 +8,10 @@ from railui.campaign.comparison import compared_channels
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import NoiseFloor
-from railui.identification.estimation.residual_evidence import ResidualEvidence, examine_residual
 from railui.identification.estimation.validation import is_significant_gain
+from railui.identification.residual.noise_evidence import ResidualEvidence, examine_residual
 from railui.identification.structure.candidate_scores import has_structure, run_score_test
 from railui.identification.structure.stepwise import Selection
-from railui.identification.unmodelled.evidence import CONTACT_LOCATIONS, NO_EVIDENCE
 from railui.identification.unmodelled.locate import (
     Discrepancy,
     difference_between_estimation_runs,
@@ -22,6 +21,7 @@ from railui.identification.unmodelled.locate import (
     locate_discrepancy,
     unexplained_difference,
 )
+from railui.identification.unmodelled.location_evidence import CONTACT_LOCATIONS, NO_EVIDENCE
 
 
 def find_discrepancy(

@@ -21,7 +21,8 @@ from railui.identification.structure.drift import Drift, find_drifts, refine_dri
 from railui.identification.structure.equivalent_inputs import ForceLocation, locate_forces
 from railui.identification.structure.locations import location_of_number
 from railui.identification.structure.refit import worthwhile_misfit
-from railui.identification.unmodelled.evidence import (
+from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained_by_curve, fit_curve
+from railui.identification.unmodelled.location_evidence import (
     NO_EVIDENCE,
     LocationEvidence,
     evidence_of_blocks,
@@ -32,7 +33,6 @@ from railui.identification.unmodelled.evidence import (
     rival_locations,
     share_at_contact,
 )
-from railui.identification.unmodelled.force_curve import CurveLocation, curve_locations, explained_by_curve, fit_curve
 from railui.identification.unmodelled.run_by_run import find_run_difference
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence
 from railui.parallel import map_threads

@@ -26,8 +26,9 @@ from railui.identification.estimation.validation import Validation, validate_eac
 from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.drift import parameter_groups
-from railui.identification.structure.evidence import LONELY, ScoreResult, family_wise_test
+from railui.identification.structure.family_wise_test import family_wise_test
 from railui.identification.structure.projection import Projector
+from railui.identification.structure.score_result import LONELY, ScoreResult
 from railui.parallel import map_threads
 
 Ratios = tuple[tuple[str, float], ...]  # of parameters that vary in proportion, by path

@@ -8,13 +8,13 @@ import numpy as np
 
 from railui.identification.result import LoopResult
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.refit import (
     Refit,
     bootstrap_weights,
     cross_validation_errors,
     cross_validation_nrmse,
 )
+from railui.identification.structure.score_result import ScoreResult
 
 MAX_BELOW_THRESHOLD = 3  # candidates per selection step
 

@@ -15,7 +15,7 @@ from railui.campaign.noise.record import band_limits
 from railui.campaign.segment import Segment
 from railui.dsp.spectra import multiple_coherence, welch
 from railui.identification.estimation.noise_floor import SimulatedTruth
-from railui.identification.estimation.residual_coherence import track_inputs, window_length
+from railui.identification.residual.coherence import track_inputs, window_length
 from railui.identification.result import LoopResult
 from railui.report.loop.figures import compared_series
 from railui.report.numbers import CONFIDENCE_FACTOR

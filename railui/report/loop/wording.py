@@ -7,7 +7,7 @@ from typing import Any
 
 from railui import core
 from railui.identification.result import LoopResult
-from railui.identification.unmodelled.evidence import joint_of
+from railui.identification.unmodelled.location_evidence import joint_of
 from railui.vehicle.model import Model
 from railui.vehicle.multibody import Structure
 

@@ -17,7 +17,8 @@ from railui.identification.loop import close_loop
 from railui.identification.prediction import Predictor
 from railui.identification.structure.candidate_scores import score_test
 from railui.identification.structure.candidates import Candidate, list_candidates
-from railui.identification.structure.evidence import ScoreResult, family_wise_test
+from railui.identification.structure.family_wise_test import family_wise_test
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.report.loop.data import loop_report
 from railui.vehicle.design_reader import PlacedEffect

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.gain_forecast import PredictedGain
 from railui.identification.structure.minimum_detectable import (
     POWER_QUANTILE,
@@ -19,6 +18,7 @@ from railui.identification.structure.minimum_detectable import (
     value_of_unit_amount,
     without_unphysical_sizes,
 )
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.vehicle.design_reader import load_design
 

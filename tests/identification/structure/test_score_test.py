@@ -20,8 +20,9 @@ from railui.identification.structure.candidate_scores import (
     scored_part,
 )
 from railui.identification.structure.candidates import Candidate, batch_candidates, list_candidates
-from railui.identification.structure.evidence import ScoreResult, family_wise_test
+from railui.identification.structure.family_wise_test import family_wise_test
 from railui.identification.structure.refit import select_candidates
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTestResult
 from tests.blind.simulated import calibrated, simulated_campaign
 from tests.truth.campaign import noisy

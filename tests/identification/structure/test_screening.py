@@ -13,7 +13,7 @@ from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.structure.candidate_scores import NO_SCORE_TEST, run_score_test
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.screening import ScreeningFits
 from tests.blind.simulated import simulated_campaign
 from tests.truth.effects import effect

@@ -14,8 +14,8 @@ from railui.campaign.dataset import read_dataset
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
 from railui.identification.unmodelled.discrepancy import _is_force_on_vehicle
-from railui.identification.unmodelled.evidence import LocationEvidence, joint_of
 from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.location_evidence import LocationEvidence, joint_of
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import Effect, effect
 

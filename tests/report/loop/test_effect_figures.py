@@ -10,8 +10,8 @@ import pytest
 
 from railui import core
 from railui.identification.result import LoopResult
-from railui.identification.unmodelled.evidence import LocationEvidence
 from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.location_evidence import LocationEvidence
 from railui.report.loop.data import loop_report
 from railui.report.loop.effect_figures import _discrepancy_figure, compute_effect_forces, effect_figures
 from railui.report.loop.figures import most_informative_window

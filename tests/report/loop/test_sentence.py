@@ -9,12 +9,12 @@ from typing import Any, cast
 import pytest
 
 from railui.campaign.settings.loop_settings import LoopSettings
-from railui.identification.estimation.residual_surface import SurfaceShares
 from railui.identification.estimation.validation import Validation
+from railui.identification.residual.restoring_force_surface import SurfaceShares
 from railui.identification.result import IndependentTest, LoopResult
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.group_test import GroupDifference
-from railui.identification.unmodelled.evidence import NO_EVIDENCE
+from railui.identification.unmodelled.location_evidence import NO_EVIDENCE
 from railui.identification.unmodelled.run_dependence import RunDependence, RunEstimate
 from railui.identification.verdict import Explained, Remainder
 from railui.report.loop.groups import group_lines

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from railui.dsp.spectra import hann_periodogram
-from railui.identification.estimation.line_power import line_power
+from railui.identification.residual.line_power import line_power
 
 
 @pytest.mark.parametrize("line", [60, 240])

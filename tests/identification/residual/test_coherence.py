@@ -10,12 +10,12 @@ import pytest
 
 from railui.campaign.comparison import compare
 from railui.identification.context import Context
-from railui.identification.estimation.residual_coherence import (
+from railui.identification.estimation.validation import predict_each
+from railui.identification.prediction import Prediction
+from railui.identification.residual.coherence import (
     ResidualCoherence,
     residual_coherence,
 )
-from railui.identification.estimation.validation import predict_each
-from railui.identification.prediction import Prediction
 from tests.blind.simulated import simulated_campaign
 
 CHANNELS = ("e1", "ay1", "ayf")

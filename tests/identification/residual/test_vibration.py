@@ -13,10 +13,10 @@ from railui.campaign.settings.verdict import VerdictSettings
 from railui.core import sosfilt
 from railui.dsp.filters import butterworth
 from railui.dsp.spectra import hann_periodogram
-from railui.identification.estimation.input_noise import InputNoiseSpectra
-from railui.identification.estimation.residual_evidence import is_vibration
-from railui.identification.estimation.residual_vibration import vibration_share
 from railui.identification.prediction import Prediction
+from railui.identification.residual.input_noise import InputNoiseSpectra
+from railui.identification.residual.noise_evidence import is_vibration
+from railui.identification.residual.vibration import vibration_share
 from tests.truth.campaign import pink
 
 SETTINGS = VerdictSettings()

@@ -12,8 +12,8 @@ from railui.arrays import FloatArray
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import create_context
-from railui.identification.estimation.residual_surface import SurfaceShares, surface_shares
 from railui.identification.loop import close_loop
+from railui.identification.residual.restoring_force_surface import SurfaceShares, surface_shares
 from railui.report.loop.sentence import sentence
 
 Law = Callable[[FloatArray, FloatArray], FloatArray]

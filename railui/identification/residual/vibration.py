@@ -14,8 +14,10 @@ from railui.arrays import FloatArray
 from railui.campaign.segment import Segment
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.dsp.spectra import hann_periodogram
-from railui.identification.estimation.input_noise import InputNoiseSpectra
-from railui.identification.estimation.line_power import (
+from railui.identification.prediction import Prediction
+from railui.identification.residual.coherence import Share
+from railui.identification.residual.input_noise import InputNoiseSpectra
+from railui.identification.residual.line_power import (
     MIN_PERIODS,
     REACH,
     LinePower,
@@ -24,8 +26,6 @@ from railui.identification.estimation.line_power import (
     line_bands,
     line_power,
 )
-from railui.identification.estimation.residual_coherence import Share
-from railui.identification.prediction import Prediction
 
 
 def vibration_share(

@@ -9,13 +9,13 @@ from railui.campaign.settings.loop_settings import LoopSettings
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.estimation.block_ratio import ratio_standard_error
 from railui.identification.structure.equivalent_inputs import ForceLocation, WindowedShare
-from railui.identification.unmodelled.evidence import (
+from railui.identification.unmodelled.location_evidence import (
     NO_EVIDENCE,
     evidence_of_blocks,
     evidence_of_forces,
     rival_locations,
 )
-from railui.identification.unmodelled.evidence import LocationEvidence as Evidence
+from railui.identification.unmodelled.location_evidence import LocationEvidence as Evidence
 
 
 def test_the_share_is_that_of_the_residual_beyond_noise():

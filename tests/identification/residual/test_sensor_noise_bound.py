@@ -9,8 +9,8 @@ import pytest
 from railui.campaign.noise.model import ESTIMATED, STATED, ColumnNoise, NoiseModel
 from railui.identification.context import Context
 from railui.identification.estimation.noise_floor import estimate_noise_floor, sensor_noise_errors
-from railui.identification.estimation.residual_bound import with_noise_within_residual
 from railui.identification.estimation.validation import Validation, validate
+from railui.identification.residual.sensor_noise_bound import with_noise_within_residual
 from railui.report.loop.noise import noise_notes
 from tests.blind.simulated import simulated_campaign
 

@@ -10,8 +10,8 @@ import pytest
 from railui.arrays import FloatArray
 from railui.campaign.comparison import Comparison
 from railui.campaign.settings.verdict import VerdictSettings
-from railui.identification.estimation.free_decay import share_at_harmonics
 from railui.identification.prediction import Prediction
+from railui.identification.residual.free_decay import share_at_harmonics
 from tests.truth.campaign import pink
 
 SETTINGS = VerdictSettings()

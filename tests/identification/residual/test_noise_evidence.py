@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from railui.campaign.settings.verdict import VerdictSettings
-from railui.identification.estimation.residual_coherence import UNKNOWN, ResidualCoherence, Share
-from railui.identification.estimation.residual_evidence import summarise_coherence
+from railui.identification.residual.coherence import UNKNOWN, ResidualCoherence, Share
+from railui.identification.residual.noise_evidence import summarise_coherence
 
 NOTHING = Share(0.01, 0.02)
 CLEAR = Share(0.4, 0.05)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.identification.estimation.residual_coherence import UNKNOWN, Share
 from railui.identification.prediction import Prediction
+from railui.identification.residual.coherence import UNKNOWN, Share
 
 LINE_HALF_WIDTH = 0.2  # of the spacing of the lines
 GAP = (0.35, 0.65)  # distance of a gap from a line, where the density is that of noise

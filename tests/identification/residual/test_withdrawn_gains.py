@@ -8,7 +8,7 @@ import pytest
 
 from railui.campaign.finding import Finding
 from railui.campaign.segment import Segment
-from railui.identification.estimation.withdrawn_gains import contradicted_gains
+from railui.identification.residual.withdrawn_gains import contradicted_gains
 from railui.vehicle.effects import PlacedEffect
 from tests.blind.simulated import calibrated, simulated_campaign
 

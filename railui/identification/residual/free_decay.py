@@ -8,7 +8,9 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.dsp.spectra import hann_periodogram
-from railui.identification.estimation.line_power import (
+from railui.identification.prediction import Prediction
+from railui.identification.residual.coherence import Share
+from railui.identification.residual.line_power import (
     MIN_PERIODS,
     REACH,
     LinePower,
@@ -16,8 +18,6 @@ from railui.identification.estimation.line_power import (
     largest_share,
     line_power,
 )
-from railui.identification.estimation.residual_coherence import Share
-from railui.identification.prediction import Prediction
 
 HARMONICS = (1, 2, 3)
 

@@ -11,13 +11,9 @@ from scipy import stats
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import (
-    ScoreResult,
-    as_normal,
-    family_wise_test,
-    from_normal,
-    noncentrality,
-)
+from railui.identification.structure.family_wise_test import family_wise_test
+from railui.identification.structure.score_result import ScoreResult
+from railui.identification.structure.student import as_normal, from_normal, noncentrality
 
 CUBIC = Candidate("cubic_stiffness", "primary_lateral", None)
 FRICTION = Candidate("dry_friction", "primary_lateral", None)

@@ -17,9 +17,9 @@ from railui.campaign.noise.bounds import is_flat, quiet_level
 from railui.campaign.segment import Segment
 from railui.dsp.spectra import hann_periodogram
 from railui.identification.context import Context
-from railui.identification.estimation.input_noise import InputNoiseSpectra, input_noise_spectra
-from railui.identification.estimation.residual_coherence import ResidualCoherence, Share
 from railui.identification.prediction import Prediction
+from railui.identification.residual.coherence import ResidualCoherence, Share
+from railui.identification.residual.input_noise import InputNoiseSpectra, input_noise_spectra
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 

@@ -11,15 +11,15 @@ from railui.campaign.comparison import compared_channels
 from railui.campaign.segment import Segment
 from railui.campaign.settings.verdict import VerdictSettings
 from railui.identification.context import Context
-from railui.identification.estimation.free_decay import share_at_harmonics
-from railui.identification.estimation.input_noise import input_noise_spectra
-from railui.identification.estimation.input_noise_share import input_noise_shares, without_input_noise
-from railui.identification.estimation.mains_hum import without_hum
-from railui.identification.estimation.residual_coherence import ResidualCoherence, Share, residual_coherence
-from railui.identification.estimation.residual_surface import SurfaceShares, surface_shares
-from railui.identification.estimation.residual_vibration import vibration_frequency, vibration_share
 from railui.identification.estimation.validation import predict_each
 from railui.identification.prediction import Prediction
+from railui.identification.residual.coherence import ResidualCoherence, Share, residual_coherence
+from railui.identification.residual.free_decay import share_at_harmonics
+from railui.identification.residual.input_noise import input_noise_spectra
+from railui.identification.residual.input_noise_share import input_noise_shares, without_input_noise
+from railui.identification.residual.mains_hum import without_hum
+from railui.identification.residual.restoring_force_surface import SurfaceShares, surface_shares
+from railui.identification.residual.vibration import vibration_frequency, vibration_share
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 

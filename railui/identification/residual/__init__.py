@@ -1,0 +1,1 @@
+"""Residual of a model: its noise, and the evidence that it is no noise."""
