@@ -54,9 +54,9 @@ from railui.identification.unmodelled.condition_dependence import (
     dependence_on_conditions,
     selection_by_condition,
 )
-from railui.identification.unmodelled.discrepancy import find_discrepancy, is_small_effect, may_be_track_noise
-from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.discrepancy import Discrepancy
 from railui.identification.unmodelled.run_dependence import prepare_validation
+from railui.identification.unmodelled.search import find_discrepancy, is_small_effect, may_be_track_noise
 from railui.identification.unmodelled.sensitive_motion import SensitiveMotion, find_sensitive_motion
 from railui.identification.verdict import Verdict, decide_verdict, explained_share
 from railui.parallel import run_both

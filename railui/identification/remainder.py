@@ -12,7 +12,7 @@ from railui.identification.estimation.validation import Validation
 from railui.identification.residual.noise_evidence import ResidualEvidence, depends_on_both
 from railui.identification.structure.candidate_scores import has_structure
 from railui.identification.structure.score_test import ScoreTestResult
-from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.discrepancy import Discrepancy
 from railui.identification.verdict import Remainder, remaining_ratio
 
 

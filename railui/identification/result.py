@@ -27,7 +27,7 @@ from railui.identification.structure.gain_forecast import PredictedGains
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.structure.stage import SelectionStep
 from railui.identification.unmodelled.condition_dependence import ConditionDependence
-from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.discrepancy import Discrepancy
 from railui.identification.unmodelled.sensitive_motion import SensitiveMotion
 from railui.identification.verdict import Explained, Remainder, Verdict
 

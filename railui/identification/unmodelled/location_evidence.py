@@ -48,6 +48,11 @@ def evidence_of_blocks(before: FloatArray, after: FloatArray, noise: float) -> L
     return LocationEvidence(min(float(less.sum()) / total, 1.0), standard_error)
 
 
+def expected_misfit(fit: Fit) -> float:
+    """Misfit that noise alone would leave: with the weights, it has a variance of one."""
+    return min(float(fit.normal.samples), fit.normal.rss)
+
+
 def evidence_of_fits(before: Fit, after: Fit) -> LocationEvidence:
     """Compute the share from two fits to the same segments; with the weights, noise has a variance of one."""
     a, b = (fit.normal.gram[:, :, 0, 0].sum(axis=1) for fit in (before, after))

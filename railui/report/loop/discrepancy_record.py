@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from railui.identification.result import LoopResult
-from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.discrepancy import Discrepancy
 
 
 def discrepancy_record(result: LoopResult) -> dict[str, Any] | None:
@@ -27,17 +27,18 @@ def _locations(result: LoopResult, discrepancy: Discrepancy) -> list[dict[str, A
 
 
 def _curve(discrepancy: Discrepancy) -> dict[str, Any]:
-    curve = {
+    curve = discrepancy.curve
+    record = {
         "at": discrepancy.at,
         "wheelset": discrepancy.wheelset,
-        "against": discrepancy.against,
-        "motion": list(discrepancy.motion),
-        "force": list(discrepancy.force),
-        "sd": list(discrepancy.sd),
-        "motion_unit": discrepancy.motion_unit,
-        "force_unit": discrepancy.force_unit,
+        "against": curve.against,
+        "motion": list(curve.abscissa),
+        "force": list(curve.ordinate),
+        "sd": list(curve.sd),
+        "motion_unit": curve.abscissa_unit,
+        "force_unit": curve.ordinate_unit,
     }
-    return curve | _cause(discrepancy)
+    return record | _cause(discrepancy)
 
 
 def _cause(discrepancy: Discrepancy) -> dict[str, Any]:

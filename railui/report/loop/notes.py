@@ -11,7 +11,7 @@ from railui.campaign.segment import TRACK_COLUMNS
 from railui.identification.estimation.multiple_shooting import windowed_files
 from railui.identification.result import LoopResult
 from railui.identification.structure.candidate_scores import has_structure
-from railui.identification.unmodelled.discrepancy import is_at_noise_floor
+from railui.identification.unmodelled.search import is_at_noise_floor
 from railui.report.loop.conditions import condition_notes
 from railui.report.loop.motion_notes import gradual_slip_notes, sensitive_motion_notes, unreached_motion_notes
 from railui.report.loop.noise import known_noise_text, noise_notes

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from railui import core
 from railui.campaign.corrections.correction import Correction, Corrections, yaml_line
 from railui.identification.result import LoopResult
-from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.discrepancy import Discrepancy
 from railui.identification.unmodelled.run_dependence import RunDependence
 from railui.io.number_format import format_quantity
 from railui.report.loop.catalogued_effects import catalogued_effects
@@ -114,7 +114,7 @@ def _outside_text(result: LoopResult) -> str:
 
 
 def _course(discrepancy: Discrepancy | None) -> str:
-    is_in_time = discrepancy is not None and discrepancy.against == "t"
+    is_in_time = discrepancy is not None and discrepancy.curve.against == "t"
     return "with time" if is_in_time else "along the track"
 
 

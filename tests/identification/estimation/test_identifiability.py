@@ -29,7 +29,8 @@ from railui.identification.structure.drift import find_drifts, hat_functions
 from railui.identification.structure.score_test import output_differences
 from railui.identification.unmodelled import locate
 from railui.identification.unmodelled.coefficients import PORTS, TERMS, coefficient_responses, estimate_coefficients
-from railui.identification.unmodelled.locate import find_variation, locate_discrepancy
+from railui.identification.unmodelled.locate import locate_discrepancy
+from railui.identification.unmodelled.variation import find_variation
 from tests.blind.simulated import calibrated, simulated_campaign
 
 DESIGNS = Path(__file__).parents[3] / "designs"

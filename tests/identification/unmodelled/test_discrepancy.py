@@ -13,9 +13,9 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
-from railui.identification.unmodelled.discrepancy import _is_force_on_vehicle
-from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.discrepancy import Discrepancy, DiscrepancyCurve
 from railui.identification.unmodelled.location_evidence import LocationEvidence, joint_of
+from railui.identification.unmodelled.search import _is_force_on_vehicle
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import Effect, effect
 
@@ -84,6 +84,6 @@ def test_only_a_force_away_from_the_contact_is_no_noise_of_the_track(locations, 
 @pytest.mark.parametrize(("law", "is_located"), [({}, False), ({"drift": True}, True), ({"lowers_error": True}, True)])
 def test_forces_locate_nothing_where_the_calibration_failed(law: dict[str, Any], is_located: bool) -> None:
     none, settings = cast(Any, None), LoopSettings().verdict
-    numbers = (np.zeros(2), np.zeros(2), np.zeros(2), "m", "N", 0.7, none, none)
-    found = Discrepancy("frame", None, "z", *numbers, evidence=LocationEvidence(0.7, 0.03), **law)
+    curve = DiscrepancyCurve("z", np.zeros(2), np.zeros(2), np.zeros(2), "m", "N")
+    found = Discrepancy("frame", None, curve, 0.7, none, none, evidence=LocationEvidence(0.7, 0.03), **law)
     assert found.is_located(settings) and found.without_calibration().is_located(settings) is is_located

@@ -14,8 +14,8 @@ from railui.campaign.dataset import read_dataset
 from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.validation import validate
-from railui.identification.unmodelled.discrepancy import difference_between_estimation_runs
 from railui.identification.unmodelled.run_by_run import RunDifference, find_run_difference
+from railui.identification.unmodelled.run_difference import difference_between_estimation_runs
 from tests.identification.unmodelled.test_run_dependence import ADEQUATE, Case, Scenario
 from tests.truth.campaign import campaigns, write
 

@@ -10,7 +10,7 @@ import pytest
 
 from railui import core
 from railui.identification.result import LoopResult
-from railui.identification.unmodelled.locate import Discrepancy
+from railui.identification.unmodelled.discrepancy import Discrepancy, DiscrepancyCurve
 from railui.identification.unmodelled.location_evidence import LocationEvidence
 from railui.report.loop.data import loop_report
 from railui.report.loop.effect_figures import _discrepancy_figure, compute_effect_forces, effect_figures
@@ -32,12 +32,10 @@ def test_an_identified_force_curve_is_drawn_with_error_bars(loop_result: LoopRes
     curve = {"motion": tuple(map(float, motion)), "force": tuple(map(float, force))}
     placed = PlacedEffect("measured_force", "primary_lateral", 2, curve, "z")
     fit = replace(loop_result.before, model=loop_result.before.model.with_effect(placed))
-    place = ("primary_lateral", 2, "z")
+    identified = DiscrepancyCurve("z", motion, force, np.full(5, 20.0), "m", "N")
     validation = loop_result.validations["after"]
     evidence = LocationEvidence(0.9, 0.02)
-    discrepancy = Discrepancy(
-        *place, motion, force, np.full(5, 20.0), "m", "N", 0.9, fit, validation, evidence=evidence
-    )
+    discrepancy = Discrepancy("primary_lateral", 2, identified, 0.9, fit, validation, evidence=evidence)
     result = replace(loop_result, after=fit, discrepancy=discrepancy, verdict="outside")
     (figure,) = drawn(result, loop_report(result), loop_result)
     assert figure.title == "identified force curve: lateral primary suspension, wheelset 2"
