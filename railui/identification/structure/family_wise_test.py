@@ -1,4 +1,4 @@
-"""Family-wise test of the best score of a library of candidates against noise."""
+"""Family-wise test of the best score of a library against noise."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
-from railui.identification.structure.score_result import LONELY, ScoreResult
+from railui.identification.structure.score_result import LONELY, BlockScore
 from railui.identification.structure.student import as_normal
 from railui.parallel import map_threads
 
@@ -18,10 +18,10 @@ SIX_POINTS = np.sqrt(np.array([0.5, 1.0, 1.5]))  # and their negatives: mean 0, 
 
 
 def family_wise_test(
-    results: Sequence[ScoreResult],
+    results: Sequence[BlockScore],
     settings: ScoreTestSettings,
     seed: int,
-    tested: Sequence[ScoreResult] | None = None,
+    tested: Sequence[BlockScore] | None = None,
     *,
     jobs: int | None = 1,
 ) -> tuple[float, float]:
@@ -30,13 +30,13 @@ def family_wise_test(
     Parameters
     ----------
     results
-        Score results of the whole library.
+        Scores of the whole library.
     settings
         Significance level and number of draws.
     seed
         Seed of the random weights.
     tested
-        Results of which the best is tested, by default all; p is 1 where there are none.
+        Scores of which the best is tested, by default all; p is 1 where there are none.
     jobs
         Number of threads; None for all.
 
@@ -52,14 +52,14 @@ def family_wise_test(
     return family_wise_p(highest, tested), float(np.quantile(highest, 1.0 - settings.significance_level))
 
 
-def family_wise_p(highest: FloatArray, tested: Sequence[ScoreResult]) -> float:
-    """Probability that the highest score [draw] of a library in noise is no less than the best of some results."""
-    best = max(s.z if s.candidate.is_one_sided else abs(s.z) for s in tested)
+def family_wise_p(highest: FloatArray, tested: Sequence[BlockScore]) -> float:
+    """Probability that the highest score [draw] of a library in noise is no less than the best of some scores."""
+    best = max(s.z if s.is_one_sided else abs(s.z) for s in tested)
     return (1 + int(np.sum(highest >= best))) / (1 + len(highest))
 
 
 def highest_scores_of_noise(
-    results: Sequence[ScoreResult], settings: ScoreTestSettings, seed: int, *, jobs: int | None = 1
+    results: Sequence[BlockScore], settings: ScoreTestSettings, seed: int, *, jobs: int | None = 1
 ) -> FloatArray:
     """Draw the highest score [draw] of a library under the null hypothesis, by a wild bootstrap of the blocks.
 
@@ -72,7 +72,7 @@ def highest_scores_of_noise(
     """
     noise = np.array([s.residual_scores for s in results])
     noise /= np.maximum(np.linalg.norm(noise, axis=1, keepdims=True), 1e-300)
-    is_one_sided = np.array([s.candidate.is_one_sided for s in results])
+    is_one_sided = np.array([s.is_one_sided for s in results])
     rng = np.random.default_rng(np.random.SeedSequence([seed, 11]))
     points = [-1.0, 1.0] if noise.shape[1] >= FEW_BLOCKS else [*-SIX_POINTS, *SIX_POINTS]
     weights = rng.choice(points, size=(settings.bootstrap_draws, noise.shape[1]))
@@ -96,7 +96,7 @@ def highest_scores_of_noise(
     return np.concatenate(list(map_threads(highest_scores, parts, jobs)))
 
 
-def _draw_with_phases(s: ScoreResult, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _draw_with_phases(s: BlockScore, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Scores [draw] of noise with weights [draw, block] at the phases that explain most, and their squared deviation.
 
     A periodic effect finds a phase for every segment in noise, too. With S and C the sums of the scores of a segment in

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from scipy import linalg
 from railui.arrays import FloatArray
 from railui.identification.estimation.free_parameters import FreeParameters
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.score_result import ScoreResult
+from railui.identification.structure.score_result import BlockScore, ScoreResult
 
 HELD_PRECISION = 1e6  # of a parameter held on its bound, in its own information
 
@@ -36,17 +37,22 @@ class ProjectedScores:
 
     def score_result(self, candidate: Candidate, shape: int, lane: int) -> ScoreResult:
         """Return the score result of one lane."""
-        return ScoreResult(
-            candidate,
-            shape,
-            rho=float(self.rho[lane]),
-            amount=float(self.amount[lane]),
-            scores=self.scores[lane],
-            norm=float(self.norm[lane]),
-            absorbed=self.absorbed[lane],
-            block_norms=self.block_norms[lane],
-            unabsorbed_share=float(self.unabsorbed_share[lane]),
-        )
+        return ScoreResult(candidate, shape, **self._attributes(lane))
+
+    def block_score(self, lane: int) -> BlockScore:
+        """Return the score of one lane, which is that of no candidate."""
+        return BlockScore(**self._attributes(lane))
+
+    def _attributes(self, lane: int) -> dict[str, Any]:
+        return {
+            "rho": float(self.rho[lane]),
+            "amount": float(self.amount[lane]),
+            "scores": self.scores[lane],
+            "norm": float(self.norm[lane]),
+            "absorbed": self.absorbed[lane],
+            "block_norms": self.block_norms[lane],
+            "unabsorbed_share": float(self.unabsorbed_share[lane]),
+        }
 
 
 class Projector:

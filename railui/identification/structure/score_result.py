@@ -1,4 +1,4 @@
-"""Score of a candidate: its amount, its scores per block of time, and their standard deviation."""
+"""Score of a change of the model: its amount, its scores per block of time, and their standard deviation."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ MIN_SCORE_FREEDOM = 1.0
 LONELY = 1e-6  # share of all other blocks below which a single block determines the amount
 
 
-@dataclass(frozen=True, eq=False)
-class ScoreResult:
-    """Score of one shape of a candidate.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BlockScore:
+    """Score of a change of the model in one direction, in blocks of time.
 
     Attributes
     ----------
@@ -42,8 +42,6 @@ class ScoreResult:
         Scores [block] in quadrature to these phases, and the segment of each block.
     """
 
-    candidate: Candidate
-    shape: int
     rho: float
     amount: float
     scores: FloatArray
@@ -56,26 +54,15 @@ class ScoreResult:
     segment_of_block: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64), repr=False)
 
     @property
+    def is_one_sided(self) -> bool:
+        """True if only a positive amount is possible."""
+        return False
+
+    @property
     def z(self) -> float:
         """Score over its standard deviation from blocks (HC3), as a standard normal variable."""
         sd = self.standard_deviation
         return float(as_normal(self.scores.sum() / sd, self.degrees_of_freedom)) if sd > 0 else 0.0
-
-    @property
-    def admissible_rho(self) -> float:
-        """Absolute rho; 0 for a one-sided candidate with a negative one."""
-        return max(self.rho, 0.0) if self.candidate.is_one_sided else abs(self.rho)
-
-    def extrapolate(self, ratio: float, blocks: int) -> ScoreResult:
-        """Extrapolate the result to a run longer by a ratio, with a number of blocks."""
-        per_block = {
-            "scores": self.scores,
-            "block_norms": self.block_norms,
-            "quadrature_scores": self.quadrature_scores,
-            "segment_of_block": self.segment_of_block,
-        }
-        resized = {name: np.resize(x, blocks) for name, x in per_block.items() if x.size}
-        return replace(self, norm=ratio * self.norm, **resized)  # type: ignore[arg-type]
 
     @property
     def leverage(self) -> FloatArray:
@@ -112,3 +99,32 @@ class ScoreResult:
         return (
             noncentrality(from_normal(critical, freedom), freedom, power_quantile) * self.standard_deviation / self.norm
         )
+
+
+@dataclass(frozen=True, eq=False)
+class ScoreResult(BlockScore):
+    """Score of one shape of a candidate."""
+
+    candidate: Candidate
+    shape: int
+
+    @property
+    def is_one_sided(self) -> bool:
+        """True if the strength of the candidate has only one sign."""
+        return self.candidate.is_one_sided
+
+    @property
+    def admissible_rho(self) -> float:
+        """Absolute rho; 0 for a one-sided candidate with a negative one."""
+        return max(self.rho, 0.0) if self.is_one_sided else abs(self.rho)
+
+    def extrapolate(self, ratio: float, blocks: int) -> ScoreResult:
+        """Extrapolate the result to a run longer by a ratio, with a number of blocks."""
+        per_block = {
+            "scores": self.scores,
+            "block_norms": self.block_norms,
+            "quadrature_scores": self.quadrature_scores,
+            "segment_of_block": self.segment_of_block,
+        }
+        resized = {name: np.resize(x, blocks) for name, x in per_block.items() if x.size}
+        return replace(self, norm=ratio * self.norm, **resized)  # type: ignore[arg-type]

@@ -17,7 +17,6 @@ from railui.identification.estimation.block_products import block_gram
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
 from railui.identification.estimation.problem import FitSegment
-from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.equivalent_inputs import PULSE_DELAY, impulse_responses
 from railui.identification.structure.projection import Projector
 
@@ -100,7 +99,7 @@ def estimate_coefficients(context: Context, fit: Fit) -> list[Coefficient]:
     for lane, (wheelset, at, term) in enumerate((w, at, term) for at, w in PORTS for term in TERMS):
         if not scores.is_distinguishable[lane]:
             continue  # from the estimated parameters
-        score = scores.score_result(Candidate("spring", at, wheelset), 0, lane)
+        score = scores.block_score(lane)
         # the deviation counts in standard deviations of a normal variable, however few the blocks
         difference, sd = score.amount, abs(score.amount / score.z) if score.z else np.inf
         share = float(scores.rho[lane] ** 2)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,11 +25,10 @@ from railui.identification.estimation.multiple_shooting import unstable_segments
 from railui.identification.estimation.problem import FitSegment, prepare_segments
 from railui.identification.estimation.validation import Validation, validate_each
 from railui.identification.prediction import DivergedError
-from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.drift import parameter_groups
 from railui.identification.structure.family_wise_test import family_wise_test
 from railui.identification.structure.projection import Projector
-from railui.identification.structure.score_result import LONELY, ScoreResult
+from railui.identification.structure.score_result import LONELY, BlockScore
 from railui.parallel import map_threads
 
 Ratios = tuple[tuple[str, float], ...]  # of parameters that vary in proportion, by path
@@ -46,17 +46,11 @@ SUSPENSIONS = tuple(
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Shift(Candidate):
-    """A parameter (kind: its path) that has another value on one run; `ratios`: those that vary in proportion."""
+class Shift(NamedTuple):
+    """Other values of parameters, in proportion, on one run."""
 
-    ratios: Ratios = ()
-    run: int = 0
-
-    @property
-    def is_one_sided(self) -> bool:
-        """False: the value may be higher or lower."""
-        return False
+    ratios: Ratios
+    run: int
 
 
 @dataclass(frozen=True)
@@ -170,7 +164,7 @@ class _RunScores:
             raise DivergedError(f"the vehicle diverges on {target.segment.file}")
         return np.asarray(block_gram(series, self.optimiser.block_samples(target)).sum(axis=1))
 
-    def score_shifts(self) -> list[tuple[ScoreResult, Shift]]:
+    def score_shifts(self) -> list[tuple[BlockScore, Shift]]:
         """Score every parameter on every validation run, with the estimated parameters of all runs projected out."""
         fit, count = self.fit, len(self.fit.free.paths)
         into = np.zeros((1 + len(self.paths), 1 + count))  # from these rows to the rows of the fit
@@ -183,8 +177,8 @@ class _RunScores:
         variance = residual_variance(inner.sum(axis=0)[0, 0], samples, fit.normal.independent_share)
         projector = Projector(inner, fit.free, fit.x, variance)
         shifts = [
-            Shift(path, "", None, ratios=tuple(ratios.items()), run=run)
-            for path, ratios in self._parameter_groups()
+            Shift(tuple(ratios.items()), run)
+            for ratios in self._parameter_groups()
             for run in dict.fromkeys(t.segment.run_index for t in self.segments)
         ]
         directions = np.array([self._direction(dict(s.ratios)) for s in shifts])
@@ -198,13 +192,11 @@ class _RunScores:
             norms[part] = np.where(is_on_run, np.einsum("lp,bpq,lq->bl", directions, gram, directions), 0.0)
             first += len(gram)
         scores = projector.project(cross, norms, self.context.settings.score_test.min_remaining_share)
-        return [
-            (scores.score_result(s, 0, lane), s) for lane, s in enumerate(shifts) if scores.is_distinguishable[lane]
-        ]
+        return [(scores.block_score(lane), s) for lane, s in enumerate(shifts) if scores.is_distinguishable[lane]]
 
-    def _parameter_groups(self) -> list[tuple[str, dict[str, float]]]:
+    def _parameter_groups(self) -> list[dict[str, float]]:
         """List every parameter alone, then those of both wheelsets and all creep in proportion."""
-        return [*((p, {p: 1.0}) for p in self.paths), *(t for t in parameter_groups(self.fit) if len(t[1]) > 1)]
+        return [*({p: 1.0} for p in self.paths), *(r for _, r in parameter_groups(self.fit) if len(r) > 1)]
 
     def _direction(self, ratios: Mapping[str, float]) -> FloatArray:
         """Direction [1 + path] of a change of parameters in proportion."""

@@ -148,7 +148,14 @@ def noise_result(rng: np.random.Generator, candidate: Candidate, where: np.ndarr
     scores = np.cos(angle) * sine + np.sin(angle) * cosine
     quadrature = np.cos(angle) * cosine - np.sin(angle) * sine
     return ScoreResult(
-        candidate, 0, float(scores.sum()), 1.0, scores, 1.0, quadrature_scores=quadrature, segment_of_block=where
+        candidate,
+        0,
+        rho=float(scores.sum()),
+        amount=1.0,
+        scores=scores,
+        norm=1.0,
+        quadrature_scores=quadrature,
+        segment_of_block=where,
     )
 
 

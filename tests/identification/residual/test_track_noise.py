@@ -10,9 +10,9 @@ import pytest
 from railui.campaign.noise.model import ColumnNoise, NoiseModel
 from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.identification.context import Context
-from railui.identification.residual import track_noise
 from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.validation import Validation, validate
+from railui.identification.residual import track_noise
 from railui.identification.residual.track_noise import with_level_of_residual, with_track_noise
 from tests.blind.simulated import simulated_campaign
 

@@ -25,7 +25,7 @@ FEW_DRAWS = replace(ScoreTestSettings(), bootstrap_draws=100)
 
 def result(scores: FloatArray, norms: FloatArray | None = None, candidate: Candidate = CUBIC) -> ScoreResult:
     block_norms = np.zeros(0) if norms is None else norms
-    return ScoreResult(candidate, 0, 0.5, 1.2, scores, 10.0, block_norms=block_norms)
+    return ScoreResult(candidate, 0, rho=0.5, amount=1.2, scores=scores, norm=10.0, block_norms=block_norms)
 
 
 def test_a_result_is_printed_without_its_arrays_of_blocks():
@@ -35,7 +35,7 @@ def test_a_result_is_printed_without_its_arrays_of_blocks():
 
 
 def test_a_result_of_the_score_alone_has_no_phases_and_nothing_absorbed():
-    plain = ScoreResult(CUBIC, 0, 0.5, 1.2, SCORES, 10.0)
+    plain = ScoreResult(CUBIC, 0, rho=0.5, amount=1.2, scores=SCORES, norm=10.0)
     arrays = (plain.absorbed, plain.block_norms, plain.quadrature_scores, plain.segment_of_block)
     assert [x.size for x in arrays] == [0, 0, 0, 0]
     assert [x.dtype.kind for x in arrays] == ["f", "f", "f", "i"]

@@ -33,7 +33,7 @@ SQUARED_GAIN = 1.0 / 0.9**2 - 1.0  # of the squared error, where the error falls
 
 def score(candidate: Candidate, shape: int = 0, norm: float = 1e6) -> ScoreResult:
     """Return a score with block contributions of 1 and -1 in turn, whose standard deviation is 100."""
-    return ScoreResult(candidate, shape, 0.0, 0.0, np.tile([1.0, -1.0], BLOCKS // 2), norm)
+    return ScoreResult(candidate, shape, rho=0.0, amount=0.0, scores=np.tile([1.0, -1.0], BLOCKS // 2), norm=norm)
 
 
 def score_test(*scores: ScoreResult, rss: float) -> ScoreTestResult:

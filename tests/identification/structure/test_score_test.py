@@ -113,7 +113,10 @@ def noise_results(rng: np.random.Generator, kinds: list[Candidate], blocks: int 
     """Score results of pure noise, a third of it common to all."""
     common = rng.standard_normal(blocks)
     scores = [rng.standard_normal(blocks) + 0.6 * common for _ in kinds]
-    return [ScoreResult(c, 0, float(s.sum()), 1.0, s, 1.0) for c, s in zip(kinds, scores, strict=True)]
+    return [
+        ScoreResult(c, 0, rho=float(s.sum()), amount=1.0, scores=s, norm=1.0)
+        for c, s in zip(kinds, scores, strict=True)
+    ]
 
 
 TWO_SIDED = [Candidate("cubic_stiffness", "primary_lateral", w) for w in (None, 1, 2)] * 4
@@ -146,7 +149,9 @@ def test_noise_exceeds_the_critical_score_in_one_library_of_a_hundred():
 
 def test_a_negative_rho_does_not_support_a_one_sided_candidate():
     scores = np.random.default_rng(3).standard_normal(40) - 3.0
-    friction, cubic = (ScoreResult(c[0], 0, -0.6, -1.0, scores, 1.0) for c in (ONE_SIDED, TWO_SIDED))
+    friction, cubic = (
+        ScoreResult(c[0], 0, rho=-0.6, amount=-1.0, scores=scores, norm=1.0) for c in (ONE_SIDED, TWO_SIDED)
+    )
     assert friction.admissible_rho == 0.0
     assert cubic.admissible_rho == pytest.approx(0.6)
     assert family_wise_test([friction], SETTINGS, 0)[0] > 0.99
@@ -244,7 +249,7 @@ def test_an_effect_that_acts_in_few_blocks_is_significant():
     rng = np.random.default_rng(4)
     norms = np.where(np.arange(36) % 12 == 5, 10.0, 0.1)  # three active blocks of 36
     scores = 3.0 * norms + np.sqrt(norms) * rng.standard_normal(36)
-    rare = ScoreResult(TWO_SIDED[0], 0, 0.9, 3.0, scores, float(norms.sum()), block_norms=norms)
+    rare = ScoreResult(TWO_SIDED[0], 0, rho=0.9, amount=3.0, scores=scores, norm=float(norms.sum()), block_norms=norms)
     by_hand = [s - n * (scores.sum() - s) / (norms.sum() - n) for s, n in zip(scores, norms, strict=True)]
     np.testing.assert_allclose(rare.residual_scores, by_hand)
     assert family_wise_test([rare], SETTINGS, 0)[0] < 0.01
@@ -259,7 +264,15 @@ def test_noise_in_few_blocks_raises_no_false_alarm(active: int):
     for seed in range(300):
         norms = [np.where(rng.permutation(36) < active, 10.0, 0.1) for _ in TWO_SIDED]
         result = [
-            ScoreResult(c, 0, 0.0, 0.0, np.sqrt(n) * rng.standard_normal(36), float(n.sum()), block_norms=n)
+            ScoreResult(
+                c,
+                0,
+                rho=0.0,
+                amount=0.0,
+                scores=np.sqrt(n) * rng.standard_normal(36),
+                norm=float(n.sum()),
+                block_norms=n,
+            )
             for c, n in zip(TWO_SIDED, norms, strict=True)
         ]
         p.append(family_wise_test(result, SETTINGS, seed)[0])
@@ -273,7 +286,7 @@ def test_a_related_law_at_the_location_of_the_best_is_always_fitted():
     best, related = (next(c for c in library() if (c.kind, c.at, c.wheelset) == (k, "primary_yaw", 2)) for k in kinds)
     far = next(c for c in library() if (c.kind, c.at) == ("dry_friction", "secondary_yaw"))
     rho = {best: 0.7} | dict.fromkeys(others, 0.4) | {related: 0.1, far: 0.1}
-    result = tuple(ScoreResult(c, 0, r, r, np.full(36, r), 1.0) for c, r in rho.items())
+    result = tuple(ScoreResult(c, 0, rho=r, amount=r, scores=np.full(36, r), norm=1.0) for c, r in rho.items())
     fitted = {s.candidate for s in select_candidates(RefitSettings(), ScoreTestResult(result, result, 1e-3, 4.0, 1.0))}
     assert related in fitted and far not in fitted
 

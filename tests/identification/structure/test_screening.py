@@ -25,7 +25,7 @@ def test_an_element_that_the_parameters_do_not_absorb_is_left_to_the_score_test(
     context = replace(simulated_campaign().context, jobs=1)
     screening = ScreeningFits(context, calibrate(context))
     spring = Candidate("spring", "primary_yaw", None, ({"stiffness": 1e6},))
-    result = ScoreResult(spring, 0, 0.1, 0.1, np.zeros(4), 1.0, unabsorbed_share=share)
+    result = ScoreResult(spring, 0, rho=0.1, amount=0.1, scores=np.zeros(4), norm=1.0, unabsorbed_share=share)
     started = []
     monkeypatch.setattr(ScreeningFits, "_start_element", lambda self, s: started.append(s.candidate.at))
     screening.fit_absorbed_elements(replace(NO_SCORE_TEST, best=(result,)), [])
@@ -36,7 +36,7 @@ def test_a_candidate_starts_where_the_limits_of_its_law_allow_it():
     context = replace(simulated_campaign().context, jobs=1)
     screening = ScreeningFits(context, calibrate(context))
     damper = Candidate("asymmetric_damper", "secondary_lateral", None, ({"ratio": 0.3},))
-    far = ScoreResult(damper, 0, -0.9, -5.0, np.zeros(4), 1.0)
+    far = ScoreResult(damper, 0, rho=-0.9, amount=-5.0, scores=np.zeros(4), norm=1.0)
     scores = replace(NO_SCORE_TEST, results=(far,), best=(far,))
     [(_, fit)] = screening.fit_candidates(scores, [far])
     assert fit is not None and abs(fit.model.value("effects.0.ratio")) < 1.0
