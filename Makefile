@@ -22,6 +22,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 # only what a lock names, with the hashes that it names
 INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation --require-hashes -r
+# rustdoc, which runs the examples, cannot use the job server of make
+CARGO := env -u MAKEFLAGS cargo
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
 .PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots desk-latency blind blind-coaches purpose pictures docs transcripts rewrite dist minimum deny emulated aarch64 killed clean
@@ -37,10 +39,10 @@ test:
 
 # the whole workspace in one profile: the kernel that Python loads is compiled once for both
 rust: rust-style
-	cargo test --locked --release --workspace
+	$(CARGO) test --locked --release --workspace
 
 check: rust-style python-style .stamp-build
-	cargo test --locked --release --workspace --quiet --test layers
+	$(CARGO) test --locked --release --workspace --quiet --test layers
 
 python-style: .stamp-packages
 	$(BIN)/ruff check railui tests release docs examples

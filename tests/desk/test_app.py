@@ -50,7 +50,7 @@ async def test_square_brackets_are_literal_and_an_unreadable_state_file_is_ignor
         assert Content.from_markup(str(title)).plain.startswith("a [bold]b.yaml")
 
 
-def test_warnings_are_a_list_with_short_names_of_parameters() -> None:
+async def test_warnings_are_a_list_with_short_names_of_parameters() -> None:
     path = "vehicle.elements.primary.longitudinal_stiffness"
     lines = warnings_text([f"the knee is at the lower bound of {path}, 3 MN/m", "no curve"]).splitlines()
     assert lines == ["! the knee is at the lower bound of longitudinal stiffness primary, 3 MN/m", "! no curve"]
