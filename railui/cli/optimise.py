@@ -43,7 +43,7 @@ def _power_of_two(_: click.Context, __: click.Parameter, value: int) -> int:
     type=click.IntRange(min=0),
     multiple=True,
     metavar="N",
-    help="Write design N of the front as a design file.",
+    help="Write design N of the front, numbered from 0, as a design file.",
 )
 @click.option("--sensitivities", is_flag=True, help="Compute Sobol indices of the objectives over the ranges, too.")
 @click.option(

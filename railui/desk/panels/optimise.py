@@ -238,10 +238,10 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
             self.notify("no design yet: s starts the search")
             return
         nominal = self.history.plan.design
-        description = f"design {index + 1} of the front"
+        description = f"design {index} of the front"
         design = replace(nominal.with_values(values), name=f"{nominal.name}, {description}")
         home = nominal.source.parent if nominal.source is not None else Path()
-        new_path = home / f"{self.history.plan.file_stem}_front_{index + 1}.yaml"
+        new_path = home / f"{self.history.plan.file_stem}_front_{index}.yaml"
         self.post_message(DesignOffered(description, design, nominal, new_path))
 
     def action_keep(self) -> None:
@@ -250,7 +250,7 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
         values = self.history.design_values(index) if self.history else None
         if self.history is None or values is None:
             return
-        description = f"design {index + 1} of the front"
+        description = f"design {index} of the front"
         design = self.history.plan.design.with_values(values)
         try:
             item = self.app.query_one(ShelfPage).put(design, note=description, origin=self.history.plan.file_stem)

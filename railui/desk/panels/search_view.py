@@ -258,7 +258,7 @@ class SearchView(Vertical):
         event.stop()
         self.selected = values
         set_titles(self.query_one("#search-quality"), "Selected design")
-        self.activity = f"design {event.index + 1} of the front"
+        self.activity = f"design {event.index} of the front"
         self.fresh_text = fresh_text(history, event.index)
         self._show_status()
         plan = history.plan

@@ -110,7 +110,7 @@ def front_table(history: SearchHistory, columns: list[FrontColumn]) -> list[Colu
     """Return the columns of the table: number of the design, marked at the knee, then every quantity."""
     best = knee_index(history)
     count = len(history.front()[1])
-    numbers = tuple(f"{i + 1}{' knee' if i == best else ''}" for i in range(count))
+    numbers = tuple(f"{i}{' knee' if i == best else ''}" for i in range(count))
     first = Column(("", "design", "", ""), ("", "design", ""), numbers, tuple(float(i) for i in range(count)))
     return [first, *(column.column() for column in columns)]
 

@@ -83,7 +83,7 @@ def front_plot(
         marks.append(Mark(float(values[best, 0]), float(values[best, 1]), "◆", "knee", "other"))
     if index < len(values):
         lines += _spread_lines(history, pair, (x, y), index, axes)
-        marks.append(Mark(float(values[index, 0]), float(values[index, 1]), "◉", f"design {index + 1}", SELECTED))
+        marks.append(Mark(float(values[index, 0]), float(values[index, 1]), "◉", f"design {index}", SELECTED))
     return PlotData(*axes, lines, marks=marks, placeholder="no feasible design yet")
 
 

@@ -34,7 +34,7 @@ def parallel_plot(columns: Sequence[FrontColumn], rows: Sequence[int], index: in
     others = [row for row in rows[::step] if row != index]
     lines = [Line(x, scaled[row], "designs" if k == 0 else "", "base") for k, row in enumerate(others)]
     if index < len(scaled):
-        lines.append(Line(x, scaled[index], f"design {index + 1}", "series3"))
+        lines.append(Line(x, scaled[index], f"design {index}", "series3"))
     limits = [LimitLine(float(k), is_vertical=True, role="base") for k in range(len(columns))]
     names = tuple(column.symbol or column.name for column in columns)
     horizontal = Axis("", low=-0.5, high=len(columns) - 0.5, categories=names)

@@ -65,7 +65,7 @@ def plan_text(plan: Plan) -> Text:
 def design_text(history: SearchHistory, index: int) -> str:
     """Return the variables of a design on the front with their baseline values."""
     values = history.design_values(index)
-    return f"{index + 1}: {_variables_text(history.plan.design, values)}" if values else ""
+    return f"{index}: {_variables_text(history.plan.design, values)}" if values else ""
 
 
 def _variables_text(design: Design, values: dict[str, float]) -> str:

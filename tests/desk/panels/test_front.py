@@ -105,7 +105,7 @@ async def test_the_front_spans_its_axes_and_its_table_has_every_limit_and_orders
         assert np.all(np.diff(values) >= 0)
         await keys.press("home")
         assert table.index == int(np.argmin(x[:, 0]))
-        selected = next(mark for mark in plot.data.marks if mark.label == f"design {table.index + 1}")
+        selected = next(mark for mark in plot.data.marks if mark.label == f"design {table.index}")
         assert selected.x == pytest.approx(1e-6 * x[:, 0].min())
         before = plot.scales()
         await keys.press("r")  # all feasible designs instead of the front alone

@@ -43,6 +43,7 @@ async def test_a_study_is_searched_and_a_design_taken_within_four_keys(open_desk
         assert keys.count <= 4
         assert design.draft is not None
         assert design.draft.design.value(STIFFNESS) == x[at, 0]
+        assert design.draft.design.name.endswith(f", design {at} of the front")
         assert design.draft.base.value(STIFFNESS) == 3e6
         assert (study.parent / "railui-study/springs/knee.yaml").exists()
 

@@ -7,10 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from railui.desk.presenters.front_columns import front_columns, front_table
+from railui.desk.presenters.front_plot import front_plot
+from railui.desk.presenters.parallel_plot import parallel_plot
 from railui.desk.presenters.search_history import GenerationSummary, SearchHistory, restore_search, search_content
-from railui.desk.presenters.search_plots import baseline_comparison, convergence_plot, fresh_text
+from railui.desk.presenters.search_plots import baseline_comparison, convergence_plot, design_text, fresh_text
 from railui.desk.state.plan import Plan
 from railui.optimisation.front import nondominated
+from railui.optimisation.knee import Knee, knee_warnings
 from railui.vehicle.design_reader import load_design
 from tests.desk.conftest import REPOSITORY
 
@@ -73,3 +77,21 @@ def test_the_difference_from_the_baseline_names_what_is_not_significant_and_what
     assert first.endswith(" -0.0121±0.0031") and second.endswith(" 0.40±0.90 n.s.")
     assert missed.split() == ["wear", "number", "<=", "100", "met", "on", "5", "of", "8"]
     assert all(len(line) <= 24 for line in baseline_comparison(history, 0, 24).splitlines())
+
+
+def test_a_design_of_the_front_has_the_number_of_the_warnings_and_of_choose() -> None:
+    plan = Plan.for_design(load_design(REPOSITORY / "designs/test_bogie.yaml"), "erri_b176_low", 40.0)
+    plan = replace(plan, objectives=plan.objectives[:2], constraints=())
+    history, fresh = SearchHistory(plan), {"mean": [None, None], "sd": [None, None]}
+    pareto = [
+        {"variables": dict.fromkeys(plan.bounds, 1.0 + i), "objectives": [1.0 + i, 2.0 + i], "fresh": fresh}
+        for i in range(3)
+    ]
+    history.result = {"pareto": [row | {"constraints": []} for row in pareto], "knee": 1, "warnings": []}
+    columns = front_columns(history)
+    assert front_table(history, columns)[0].cells == ("0", "1 knee", "2")
+    assert design_text(history, 1).startswith("1: ")
+    (warning,) = knee_warnings(Knee(1, "ends", 0.0), 3, 2)
+    for data in (front_plot(history, columns, 0, 1, 1), parallel_plot(columns, [0, 1, 2], 1)):
+        (label,) = {each.label for each in (*data.lines, *data.marks) if each.label.startswith("design ")}
+        assert label in warning
