@@ -143,7 +143,7 @@ def _show(call: Invocation, document: Mapping[str, Any]) -> None:
 
 
 def _alarm_table(document: Mapping[str, Any]) -> Table:
-    from railui.report.fleet.alarm_texts import limit_day
+    from railui.report.fleet.alarm_texts import change_text, limit_day
 
     rows = []
     for a in document["alarms"]:
@@ -154,8 +154,8 @@ def _alarm_table(document: Mapping[str, Any]) -> Table:
                 a["vehicle"],
                 a["verdict"],
                 a["quantity"],
-                _change_text(a["relative_change"], a["change"]),
-                _change_text(a.get("relative_total_change"), a.get("total_change")),
+                change_text(a),
+                change_text(a, "total_change"),
                 "-" if onset is None else onset["day"],
                 limit_day(a["limit"]),
             )
@@ -165,9 +165,3 @@ def _alarm_table(document: Mapping[str, Any]) -> Table:
         rows,
         title="alarms",
     )
-
-
-def _change_text(relative: float | None, change: float | None) -> str:
-    if relative is not None:
-        return f"{100 * relative:+.1f} %"
-    return "-" if change is None else f"{change:+.3g}"

@@ -11,8 +11,7 @@ from railui.desk.presenters.loop_text import short_path
 from railui.desk.widgets.table import Column
 from railui.fleet.block_means import BlockMeans
 from railui.fleet.schema import read_time
-from railui.report.fleet.alarm_texts import limit_day
-from railui.report.numbers import DASH
+from railui.report.fleet.alarm_texts import change_text, limit_day
 
 LEVELS: Final = (0.5, 0.75, 1.0)  # of a sum over its threshold, from which a cell is shaded; 1: an alarm
 HEAD_LETTERS: Final = 16
@@ -61,24 +60,24 @@ def alarm_columns(alarms: Alarms) -> list[Column]:
     if not alarms:
         return []
     raised = tuple(row["raised"] for row in alarms)
-    changes = tuple(np.nan if row["change"] is None else float(row["change"]) for row in alarms)
     limits = tuple(limit_day(row["limit"]) for row in alarms)
     columns = [Column(("raised",), ("raised",), raised, tuple(map(read_time, raised)), is_text=True)]
-    for key in ("vehicle", "verdict", "quantity"):
-        cells = tuple(row[key] for row in alarms)
+    names = tuple(" ".join(quantity_heads(row["quantity"])) for row in alarms)  # the evidence has the whole name
+    words = {key: tuple(row[key] for row in alarms) for key in ("vehicle", "verdict")} | {"quantity": names}
+    for key, cells in words.items():
         columns.append(Column((key,), (key,), cells, _alphabetic(cells), is_text=True))
     return [
         *columns,
-        Column(("change",), ("change",), tuple(map(change_text, alarms)), changes),
+        _change_column(alarms, "change", "change"),
+        _change_column(alarms, "total_change", "in total"),
         Column(("limit reached",), ("limit",), limits, tuple(map(_limit_time, alarms))),
     ]
 
 
-def change_text(alarm: Mapping[str, Any]) -> str:
-    """Return the change of an alarm: in per cent for a parameter."""
-    if alarm["relative_change"] is not None:
-        return f"{100 * alarm['relative_change']:+.1f} %"
-    return DASH if alarm["change"] is None else f"{alarm['change']:+.3g}"
+def _change_column(alarms: Alarms, key: str, head: str) -> Column:
+    """Return the column of the changes of alarms from one level, or in total."""
+    values = tuple(np.nan if row.get(key) is None else float(row[key]) for row in alarms)
+    return Column((head,), (head,), tuple(change_text(row, key) for row in alarms), values)
 
 
 def _limit_time(alarm: Mapping[str, Any]) -> float:

@@ -32,8 +32,10 @@ def evidence_text(alarm: Mapping[str, Any]) -> Text:
     """Return everything on which an alarm rests."""
     texts = alarm_texts(alarm)
     others = ", ".join(alarm["not_separated_from"]) or "none"
+    total = [("in total", texts["total"])] if alarm.get("total_change", alarm["change"]) != alarm["change"] else []
     rows = (
         ("change", texts["change"]),
+        *total,
         ("growth per month", f"{texts['rate']} {alarm['unit'] if alarm['unit'] != '1' else ''}"),
         ("onset, 90 %", texts["onset"]),
         ("limit", texts["limit"]),

@@ -22,17 +22,34 @@ def fleet_sentence(document: Mapping[str, Any]) -> str:
 def alarm_texts(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return the numbers of an alarm as texts, and the alarm itself as `row`."""
     onset, limit = row["onset"], row["limit"]
-    change = format_with_sd(row["change"], row["change_sd"])
-    relative = "" if row["relative_change"] is None else f" ({100 * row['relative_change']:+.1f} %)"
     return {
         "row": row,
-        "change": f"{change} {row['unit'] if row['unit'] != '1' else ''}{relative}",
-        "total": DASH if (total := row.get("relative_total_change")) is None else f"{100 * total:+.1f} %",
+        "change": _change_with_sd(row, "change"),
+        "total": _change_with_sd(row, "total_change"),
         "rate": format_with_sd(row["rate_per_month"], row["rate_per_month_sd"]),
         "onset": DASH if onset is None else f"{onset['day']} ({onset['low']} to {onset['high']})",
         "limit": DASH if limit is None else _limit(limit),
         "explained": f"{100 * row['explained']:.0f} %",
     }
+
+
+def _change_with_sd(row: Mapping[str, Any], key: str) -> str:
+    """Return a change with its standard deviation and unit, of a parameter also in per cent of the nominal value."""
+    change, relative = format_with_sd(row.get(key), row.get(f"{key}_sd")), row.get(f"relative_{key}")
+    percent = "" if relative is None else f" ({100 * relative:+.1f} %)"
+    return f"{change} {row['unit'] if row['unit'] != '1' else ''}{percent}"
+
+
+def change_text(row: Mapping[str, Any], key: str = "change") -> str:
+    """Return `change` or `total_change` of an alarm in few characters: in per cent for a parameter.
+
+    >>> change_text({"change": -1e5, "relative_change": -0.1}), change_text({"total_change": 1e-4}, "total_change")
+    ('-10.0 %', '+0.0001')
+    """
+    relative, change = row.get(f"relative_{key}"), row.get(key)
+    if relative is not None:
+        return f"{100 * relative:+.1f} %"
+    return DASH if change is None else f"{change:+.3g}"
 
 
 def limit_day(limit: Mapping[str, Any] | None) -> str:

@@ -49,6 +49,9 @@ async def test_a_fleet_shows_the_results_of_its_last_update(open_desk: OpenDesk,
         panel, vehicles, alarms, plot = _parts(keys.desk)
         assert vehicles.columns[0].cells == ("rig1", "rig2", "rig3", "rig4")
         assert alarms.columns[0].cells == tuple(row["raised"] for row in document["alarms"])
+        shown = {column.heads[0]: column.cells for column in alarms.columns}
+        assert shown["in total"] == tuple(f"{100 * row['relative_total_change']:+.1f} %" for row in document["alarms"])
+        assert shown["in total"] != shown["change"]
         last, column = document["alarms"][-1], vehicles.columns[vehicles.column]
         assert vehicles.columns[0].cells[vehicles.index] == last["vehicle"] == "rig4"
         assert column.heads == ("stiffness", "rig")
@@ -56,6 +59,7 @@ async def test_a_fleet_shows_the_results_of_its_last_update(open_desk: OpenDesk,
         evidence = str(panel.query_one("#fleet-evidence-text").render())
         assert last["onset"]["day"] in evidence
         assert f"{100 * last['relative_change']:+.1f} %" in evidence
+        assert f"{100 * last['relative_total_change']:+.1f} %" in evidence
         means = panel.means
         assert means is not None
         value = means.value[:, 3, means.quantities.index(STIFFNESS)]
@@ -71,6 +75,14 @@ async def test_a_fleet_shows_the_results_of_its_last_update(open_desk: OpenDesk,
         await keys.press("home")
         assert str(plot.border_title) == "rig4: stiffness rig"
         assert plot.data.y.name == STIFFNESS
+
+
+async def test_a_small_terminal_has_every_column_of_the_alarms(open_desk: OpenDesk, fleet: Path) -> None:
+    async with open_desk(fleet, (80, 24)) as keys:
+        await keys.press("v")
+        _, _, alarms, _ = _parts(keys.desk)
+        assert alarms.shown_columns() == list(range(len(alarms.columns)))
+        assert set(next(c.cells for c in alarms.columns if c.heads == ("quantity",))) == {"stiffness rig"}
 
 
 async def test_a_stopped_update_goes_on_where_it_was(open_desk: OpenDesk, fleet: Path) -> None:
