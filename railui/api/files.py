@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from railui.io.problems import Problem
+from railui.progress import SILENT, Progress
 
 
-def check(*files: str | Path) -> tuple[Problem, ...]:
-    """Check files of any kind, as `railui check`: all errors and warnings; the runs of a campaign with it.
+def check(*files: str | Path, progress: Progress = SILENT) -> tuple[Problem, ...]:
+    """Check files of any kind, as `railui check`: all errors and warnings; the runs of a campaign or fleet with it.
 
     Parameters
     ----------
     *files : str or Path
+    progress : Progress
+        Receives the number of checked runs of a fleet.
 
     Returns
     -------
@@ -30,7 +35,10 @@ def check(*files: str | Path) -> tuple[Problem, ...]:
     from railui.fleet.check import check_fleet
     from railui.track import parse_spec
 
-    readers = {"map": load_map, "fleet": check_fleet}
+    readers: dict[str, Callable[[str | Path], object]] = {
+        "map": load_map,
+        "fleet": partial(check_fleet, progress=progress),
+    }
     return tuple(check_files(files, check_track=parse_spec, readers=readers))
 
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 DOCUMENT: Final = "fleet.json"
 PAGE: Final = "fleet.html"
-RESULTS: Final = "railui-fleet"
 
 
 def update_fleet(
@@ -182,6 +181,8 @@ def _results_of(fleet: str | Path, out: str | Path | None) -> Path:
 
 def results_directory(home: Path, out: str | Path | None) -> Path:
     """Return the directory of the results of a fleet."""
+    from railui.fleet.store import RESULTS
+
     return Path(out) if out is not None else home / RESULTS
 
 

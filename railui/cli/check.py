@@ -8,7 +8,7 @@ import click
 
 from railui.cli import EXIT_USAGE
 from railui.cli.arguments import quantity_option
-from railui.cli.invocation import Invocation, common_options, usage_error
+from railui.cli.invocation import Invocation, StatusLine, common_options, usage_error
 from railui.cli.quantities import parse_drawing_path
 from railui.cli.tables import format_count
 
@@ -26,8 +26,8 @@ from railui.cli.tables import format_count
 def command(ctx: click.Context, files: tuple[str, ...], draw: str | None, call: Invocation) -> None:
     """Validate input files and list all errors and warnings as file:line:column: key: problem, remedy.
 
-    The runs of a campaign are validated with it, and the table of runs of a fleet. Exit code 2 where there is an
-    error; warnings do not count.
+    The runs of a campaign or of a fleet are validated with it. Exit code 2 where there is an error; warnings do not
+    count.
 
     \b
     railui check designs/manchester_coach.yaml --draw coach.svg
@@ -36,7 +36,7 @@ def command(ctx: click.Context, files: tuple[str, ...], draw: str | None, call: 
 
     if draw is not None and len(files) > 1:
         raise usage_error("--draw draws one design or campaign: name one file")
-    problems = check(*files)
+    problems = check(*files, progress=StatusLine(call))
     for problem in problems:
         call.show(str(problem))
     errors = sum(problem.severity == "error" for problem in problems)

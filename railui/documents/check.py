@@ -195,7 +195,7 @@ def _check_runs(campaign: Campaign) -> list[Problem]:
     for fault in diagnose(dataset).faults:
         findings.warn("runs", f"{', '.join(fault.files)}: {fault.text}{_consequence(fault)}", _remedy(fault))
     for entry, run in zip(campaign.runs, runs, strict=True):
-        _check_columns(run, entry.name, findings)
+        check_column_names(run, entry.name, findings)
     for name in campaign.noise:
         if name not in measured:
             findings.warn(f"noise.{name}", "no run of the campaign has this column", "leave it out")
@@ -236,7 +236,7 @@ def _letters(name: str) -> str:
     return "".join(c for c in name.lower() if c.isalnum())
 
 
-def _check_columns(run: Run, name: str, findings: Findings) -> None:
+def check_column_names(run: Run, name: str, findings: Findings) -> None:
     """Warn of columns with the name of a channel but for its case or points."""
     known = {_letters(c): c for c in columns_of(run.kind)}
     for column in run.unknown_columns:

@@ -226,10 +226,10 @@ def _triggers_content(fleet: Fleet) -> object:
 
 def _watch(fleet: Fleet, store: FleetStore, vehicle_type: VehicleType, runs: Sequence[FleetRun]) -> Watch | None:
     """Effects that are followed on all vehicles of a type, from its first comparable run on; None: there is none."""
-    key = content_key("watch", vehicle_type.content, _triggers_content(fleet))
-    stored = store.read(key)
+    key = _watch_key(fleet, vehicle_type)
+    stored = _stored_watch(store, key)
     if stored is not None:
-        return Watch(tuple(_candidate(record) for record in json.loads(str(stored["candidates"]))))
+        return stored
     for run in runs:
         vehicle = fleet.vehicles[run.vehicle]
         if vehicle.type is not vehicle_type:
@@ -244,6 +244,37 @@ def _watch(fleet: Fleet, store: FleetStore, vehicle_type: VehicleType, runs: Seq
             store.write(key, "watch", vehicle_type.name, {"candidates": json.dumps(records), "source": run.file})
             return Watch(tuple(found))
     return None
+
+
+def _watch_key(fleet: Fleet, vehicle_type: VehicleType) -> str:
+    return content_key("watch", vehicle_type.content, _triggers_content(fleet))
+
+
+def _stored_watch(store: FleetStore, key: str) -> Watch | None:
+    stored = store.read(key)
+    if stored is None:
+        return None
+    return Watch(tuple(_candidate(record) for record in json.loads(str(stored["candidates"]))))
+
+
+def summarised_files(fleet: Fleet, store: FleetStore, runs: Sequence[FleetRun]) -> set[str]:
+    """Return the files of which a summary is stored that the next update uses as it is; no file is read.
+
+    These files have not changed since they were summarised, or can no longer be read.
+    """
+    watches = {name: _stored_watch(store, _watch_key(fleet, t)) for name, t in fleet.types.items()}
+    stored = {name: store.read(reference_key(fleet, vehicle)) for name, vehicle in fleet.vehicles.items()}
+    references = {name: Reference.of_arrays(arrays) for name, arrays in stored.items() if arrays is not None}
+    present = store.keys("summary")
+    files = set()
+    for run in runs:
+        watch = watches[fleet.vehicles[run.vehicle].type.name]
+        file_hash = store.stored_file_hash(Path(run.file))
+        if watch is None or file_hash is None or run.vehicle not in references:
+            continue
+        if _summary_key(fleet, references[run.vehicle], watch, file_hash, run) in present:
+            files.add(run.file)
+    return files
 
 
 def _candidate(record: dict[str, Any]) -> Candidate:

@@ -8,7 +8,7 @@ import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -40,6 +40,8 @@ class FleetRun:
         In the unit of the table; NaN: not known.
     section
         Track section where the table names it; "": decided by the triggers.
+    line
+        Line of the table of runs, from 1; 0 where there is no table.
     """
 
     file: str
@@ -49,6 +51,7 @@ class FleetRun:
     load: float = math.nan
     temperature: float = math.nan
     section: str = ""
+    line: int = field(default=0, compare=False)
 
 
 def list_runs(fleet: Fleet) -> list[FleetRun]:
@@ -63,9 +66,14 @@ def list_runs(fleet: Fleet) -> list[FleetRun]:
     return sorted(runs, key=lambda run: (run.time, run.vehicle, run.file))
 
 
+def index_place(fleet: Fleet) -> str:
+    """Return the path or the address of the table of runs."""
+    index = fleet.runs.index or ""
+    return index if "://" in index else str(fleet.directory / index)
+
+
 def _from_index(fleet: Fleet) -> list[FleetRun]:
-    assert fleet.runs.index is not None
-    place = fleet.runs.index if "://" in fleet.runs.index else str(fleet.directory / fleet.runs.index)
+    place = index_place(fleet)
     findings = Findings(place)
     lines = _read_text(place).splitlines()
     rows = csv.reader(lines, delimiter=max(DELIMITERS, key=lines[0].count) if lines else ",")
@@ -83,7 +91,7 @@ def _from_index(fleet: Fleet) -> list[FleetRun]:
             findings.add("file", f"{row['file']} is listed twice", "list each run once", position=(number, 1))
         elif run is not None:
             files.add(run.file)
-            runs.append(run)
+            runs.append(replace(run, line=number))
     findings.raise_errors()
     return runs
 
@@ -122,7 +130,7 @@ def _run_of_row(
         remedy = suggest_name(vehicle, fleet.vehicles)
         findings.add("vehicle", f"{where}no vehicle {vehicle!r} in {fleet.source.name}", remedy, position=position)
         return None
-    numbers = {}
+    numbers: dict[str, Any] = {}
     for name in NUMBERS:
         text = row.get(name, "")
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ import numpy as np
 from railui.io.sqlite import open_database
 
 DATABASE: Final = "fleet.sqlite"
+RESULTS: Final = "railui-fleet"  # directory of the results next to a fleet file
 CHECKSUM_BYTES: Final = 16
 TABLES: Final = """
 CREATE TABLE IF NOT EXISTS results (
@@ -73,16 +75,28 @@ class FleetStore:
     def file_hash(self, file: Path) -> str:
         """Return the SHA-256 of a file, read again only where its size or its time of change differs."""
         stat = file.stat()
-        with self._as_os_error():
-            query = "SELECT sha256 FROM files WHERE file = ? AND size = ? AND modified = ?"
-            row = self.database.execute(query, (str(file), stat.st_size, stat.st_mtime_ns)).fetchone()
-        if row is not None:
-            return str(row[0])
+        known = self._known_hash(file, stat)
+        if known is not None:
+            return known
         digest = hashlib.sha256(file.read_bytes()).hexdigest()
         with self._as_os_error(), self.database:
             values = (str(file), stat.st_size, stat.st_mtime_ns, digest)
             self.database.execute("INSERT OR REPLACE INTO files VALUES (?, ?, ?, ?)", values)
         return digest
+
+    def stored_file_hash(self, file: Path) -> str | None:
+        """Return the stored SHA-256 of a file that has not changed since, or cannot be read any more; else None."""
+        try:
+            stat = file.stat()
+        except OSError:
+            return self.last_file_hash(file)
+        return self._known_hash(file, stat)
+
+    def _known_hash(self, file: Path, stat: os.stat_result) -> str | None:
+        query = "SELECT sha256 FROM files WHERE file = ? AND size = ? AND modified = ?"
+        with self._as_os_error():
+            row = self.database.execute(query, (str(file), stat.st_size, stat.st_mtime_ns)).fetchone()
+        return None if row is None else str(row[0])
 
     def last_file_hash(self, file: Path) -> str | None:
         """Return the SHA-256 that a file had when it was last read; None where it has not been read."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 from pathlib import Path
 
@@ -9,12 +10,12 @@ import pytest
 
 from railui.api.files import check, schema
 from railui.documents.recognise import recognise
-from railui.fleet.check import check_fleet
+from railui.fleet.check import with_warnings
 from railui.fleet.fleet_file import load_fleet
 from railui.fleet.run_list import FleetRun, list_runs
 from railui.io.problems import FileProblems
 from tests.cli.runner import run as run_cli
-from tests.truth.rig_fleet import NOMINAL
+from tests.truth.rig_fleet import NOMINAL, RigFleet, write
 
 TEXT = """schema: railui.fleet/1
 types: {{rig: {{vehicle: rig.yaml}}}}
@@ -113,17 +114,59 @@ def test_the_check_reports_all_faults_of_a_fleet_with_their_lines(tmp_path: Path
     assert lines == expected
 
 
-def test_the_check_reads_the_table_of_runs_and_warns_of_missing_files(tmp_path: Path) -> None:
+def test_the_check_reads_the_table_of_runs(tmp_path: Path) -> None:
     _home(tmp_path, "index: runs.csv", "a: rig, b: rig")
     (tmp_path / "runs.csv").write_text("file,vehicle,time\nr1.csv,a,1\nr2.csv,a,2\n")
-    warnings = check_fleet(tmp_path).warnings
-    texts = " | ".join(str(p) for p in warnings)
-    assert {p.severity for p in warnings} == {"warning"}
-    assert "no runs of b" in texts and "2 files are missing" in texts and "block_days: 1" in texts
+    problems = check(tmp_path / "fleet.yaml")
+    texts = " | ".join(str(p) for p in problems if p.severity == "warning")
+    assert "no runs of b" in texts and "block_days: 1" in texts
+    fleet = load_fleet(tmp_path)
+    assert "2 files are missing" in str(with_warnings(fleet, list_runs(fleet)).warnings[-1])  # of an update
     (tmp_path / "runs.csv").write_text("file,vehicle,time\nr1.csv,z,noon\n")
     result = run_cli("check", str(tmp_path / "fleet.yaml"))
     assert result.exit_code == 2
     assert "runs.csv:2:1: vehicle: no vehicle 'z'" in result.stdout
+
+
+def test_the_check_reports_missing_and_damaged_runs_at_once(tmp_path: Path) -> None:
+    write(RigFleet(rigs=1, runs=14), tmp_path)
+    names = [tmp_path / f"runs/rig1_{number:02d}.csv.gz" for number in range(1, 9)]
+    assert check(tmp_path / "fleet.yaml") == ()
+    rows = gzip.decompress(names[2].read_bytes()).decode().splitlines()
+    names[0].unlink()
+    names[1].write_bytes(names[1].read_bytes()[:400])
+    names[2].write_bytes(gzip.compress("\n".join([rows[0].replace("t [s]", "time [s]"), *rows[1:]]).encode()))
+    names[3].write_bytes(gzip.compress("\n".join([rows[0], *reversed(rows[1:])]).encode()))
+    names[4].write_bytes(b"")
+    cells = rows[9].split(",")
+    names[5].write_bytes(gzip.compress("\n".join([*rows[:9], ",".join([cells[0], "x", *cells[2:]])]).encode()))
+    names[6].unlink()
+    names[6].mkdir()
+    result = run_cli("check", str(tmp_path / "fleet.yaml"))
+    lines = result.stdout.splitlines()
+    assert result.exit_code == 2
+    assert f"{tmp_path}/runs.csv:2:1: file: {names[0]} does not exist, correct the path, or leave the line out" in lines
+    found = {name: [line for line in lines if line.startswith(f"{name}:")] for name in names[1:7]}
+    assert all(found.values()) and not any(str(names[7]) in line for line in lines)
+    assert found[names[2]][0].startswith(f"{names[2]}:1:1: t: this column is missing")
+    assert f"{names[3]}:3:1: t: " in found[names[3]][0]
+    assert f"{names[5]}:10:" in found[names[5]][0]
+
+
+def test_the_check_warns_of_runs_that_an_update_leaves_out_and_lists_few_warnings_of_a_kind(tmp_path: Path) -> None:
+    write(RigFleet(rigs=1, runs=14), tmp_path)
+    for file in sorted((tmp_path / "runs").iterdir()):
+        rows = gzip.decompress(file.read_bytes()).decode().splitlines()
+        rows = [f"{row},0" if number else f"{row},A.Z [m]" for number, row in enumerate(rows)]
+        file.write_bytes(gzip.compress("\n".join(rows).encode()))
+    (tmp_path / "fleet.yaml").write_text((tmp_path / "fleet.yaml").read_text().replace("3 s}", "60 s}"))
+    problems = check(tmp_path / "fleet.yaml")
+    assert {p.severity for p in problems} == {"warning"}
+    texts = [p.message for p in problems]
+    assert sum("column A.Z has no known name" in text for text in texts) == 3
+    assert any(text.startswith("11 more warnings of runs") for text in texts)
+    (idle,) = (p for p in problems if p.key == "triggers")
+    assert idle.message.startswith("14 of 14 runs have no part") and idle.line == 9
 
 
 def test_the_schema_of_a_fleet_has_its_keys() -> None:

@@ -25,10 +25,11 @@ from railui.fleet.quick_path import Watch, estimates_of_gram, summarise_run
 from railui.fleet.reference import Reference, watched_candidates
 from railui.fleet.run_list import list_runs
 from railui.fleet.status import TypeState, alarm_row, assess_fleet, fleet_document
-from railui.fleet.store import FleetStore
+from railui.fleet.store import RESULTS, FleetStore
 from railui.fleet.summary import RunSummary
 from railui.io.problems import FileProblems
 from railui.report.fleet.alarm_texts import alarm_texts
+from railui.runs.run import Run, load_run
 from railui.vehicle.design import Adjustment
 from railui.vehicle.effects import PlacedEffect
 from tests.cli.runner import run as run_cli
@@ -176,6 +177,34 @@ def test_a_missing_file_is_left_out_unless_its_summary_is_stored(home: Path, tmp
     assert reasons == {"rig2_06.csv.gz": "cannot be read: No such file or directory"}
     assert (first.computed, first.stored) == (11, 0)
     assert (second.computed, second.stored, second.left_out) == (1, 11, {})
+
+
+def test_the_check_reads_only_runs_without_a_summary(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "rigs"
+    shutil.copytree(home, folder, ignore=shutil.ignore_patterns("one"))
+    (folder / RESULTS).mkdir()
+    opened = FleetStore(folder / RESULTS)
+    update_fleet(load_fleet(folder), opened, ThreadPool(1))
+    opened.close()
+    (folder / "runs/rig1_05.csv.gz").unlink()
+    (folder / "runs/rig2_06.csv.gz").write_bytes(b"no gzip")
+    read: list[str] = []
+
+    def counted(file: str, *more: object) -> Run:
+        read.append(Path(file).name)
+        return load_run(file, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("railui.fleet.run_check.load_run", counted)
+    with pytest.raises(FileProblems) as found:
+        check_fleet(folder)
+    assert read == ["rig2_06.csv.gz"]
+    assert {Path(p.file).name for p in found.value.problems if p.severity == "error"} == {"rig2_06.csv.gz"}
+    (folder / RESULTS / "fleet.sqlite").write_bytes(b"damaged")
+    with pytest.raises(FileProblems, match=r"runs.csv:\d+:1: file: .*rig1_05.csv.gz does not exist"):
+        check_fleet(folder)
+    assert len(read) == 12  # eleven of twelve files exist
 
 
 def test_a_broken_run_is_left_out_with_its_reason(home: Path, tmp_path: Path) -> None:
