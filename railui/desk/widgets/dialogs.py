@@ -27,6 +27,8 @@ from railui.io.problems import FileProblems
 
 MAX_OPTIONS = 400
 BACK = "dismiss(None)"
+BOX_SHARE = 0.9  # of the height of the screen that a dialog takes at most, as in desk.tcss
+SCROLL_KEYS = "page up, page down scroll"
 DIFFERENCE_STYLES = {"+": "green", "-": "red"}
 
 
@@ -88,7 +90,12 @@ class DialogKeys(Static):
 class QuestionDialog(Dialog):
     """Question with a key for each answer; escape closes it without an answer."""
 
-    BINDINGS: ClassVar[list[Any]] = [Binding("escape", "dismiss(None)", "Back")]
+    # before those of the list of answers, which is too short for pages
+    BINDINGS: ClassVar[list[Any]] = [
+        Binding("escape", "dismiss(None)", "Back"),
+        Binding("pageup", "page(-1)", show=False, priority=True),
+        Binding("pagedown", "page(1)", show=False, priority=True),
+    ]
 
     def __init__(self, question: str, answers: Mapping[str, str]) -> None:
         super().__init__()
@@ -97,8 +104,28 @@ class QuestionDialog(Dialog):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_title = "?"
-            yield Static(self.question, markup=False, classes="question")
+            with VerticalScroll(classes="question", can_focus=False):
+                yield Static(self.question, markup=False)
             yield Options(*self._options(), compact=True)
+
+    def on_mount(self) -> None:
+        self.call_after_refresh(self._limit_question)
+
+    def on_resize(self) -> None:
+        self.call_after_refresh(self._limit_question)
+
+    def _limit_question(self) -> None:
+        """Give the question the lines that the answers leave; a longer one is scrolled."""
+        box, question, answers = self.query_one(".dialog"), self.query_one(".question"), self.query_one(Options)
+        taken = answers.get_content_height(self.size, self.size, box.content_size.width)
+        lines = max(1, int(BOX_SHARE * self.size.height) - box.gutter.height - taken)
+        question.styles.max_height = lines
+        box.border_subtitle = SCROLL_KEYS if question.virtual_size.height + question.gutter.height > lines else ""
+
+    def action_page(self, by: int) -> None:
+        """Scroll the question by a page."""
+        question = self.query_one(".question")
+        question.scroll_relative(y=by * max(1, question.scrollable_content_region.height - 1), animate=False)
 
     def _options(self) -> list[Option]:
         return [Option(f"[b]{escape(key)}[/]  {escape(text)}", id=key) for key, text in self.answers.items()]
@@ -127,9 +154,9 @@ class DifferenceDialog(QuestionDialog):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog wide") as box:
             box.border_title = "?"
-            yield Static(self.question, markup=False, classes="question")
-            with VerticalScroll(classes="difference", can_focus=False):
-                yield Static(self._text())
+            with VerticalScroll(classes="question", can_focus=False):
+                yield Static(self.question, markup=False)
+                yield Static(self._text(), classes="difference")
             yield Options(*self._options(), compact=True)
 
     def _text(self) -> Text:
