@@ -19,6 +19,7 @@ from railui.core.catalogue import (
     effect_record,
     parameter_paths,
 )
+from railui.core.errors import NoResultError
 from railui.core.layout import (
     AccelerometerLayout,
     BodyLayout,
@@ -53,6 +54,7 @@ __all__ = [
     "KernelPoint",
     "Layout",
     "LinearSum",
+    "NoResultError",
     "Placement",
     "Record",
     "RideStatistics",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.core import Batch, Vehicles
+from railui.core import Batch, NoResultError, Vehicles
 from railui.ride_quality.guiding_forces import wheel_load_paths
 from railui.track.line_geometry import ACCELERATION, GRAVITY, POSITION_COLUMNS, steady_row
 from railui.vehicle.dofs import is_lateral
@@ -186,4 +186,7 @@ def _damped_step(jacobian: FloatArray, f: FloatArray, mu: FloatArray) -> FloatAr
     weights = weights + 1e-12 * weights.max(axis=1, keepdims=True)
     damped = squares + mu[:, None, None] * weights[:, :, None] * np.eye(f.shape[1])
     right = -np.einsum("nij,ni->nj", jacobian, f)[:, :, None]
-    return np.asarray(np.linalg.solve(damped, right)[:, :, 0])
+    try:
+        return np.asarray(np.linalg.solve(damped, right)[:, :, 0])
+    except np.linalg.LinAlgError:
+        raise NoResultError("the static equations in the curve are singular") from None

@@ -17,13 +17,12 @@ import numpy as np
 import railui
 from railui import core
 from railui.arrays import FloatArray
+from railui.core import NoResultError
 from railui.io.atomic import canonical_json
 from railui.optimisation.cases import Case
 from railui.optimisation.responses import Responses, evaluate_case
 from railui.track.excitation import Excitation
 
-# of the numbers of a design, for which an analysis has no result; every other exception is a fault of the program
-DESIGN_ERRORS: Final = (ValueError, ArithmeticError)
 RESUMES: Final = "all results so far are stored, the same command resumes"
 INITIAL_PACE: Final = 60e-9  # s per vehicle and track sample, until tasks have been timed
 # Python sources that may change the digits of a result
@@ -108,7 +107,7 @@ class Runner(Protocol):
 def run_task(case: Case, rows: FloatArray, keys: Collection[str]) -> tuple[Responses, float]:
     """Evaluate vehicles of a case on one thread and return their responses and the duration [s].
 
-    One of `DESIGN_ERRORS` is attributed to the vehicle that causes it; the others are evaluated.
+    A `NoResultError` is attributed to the vehicle that causes it; the others are evaluated.
 
     Raises
     ------
@@ -122,9 +121,9 @@ def run_task(case: Case, rows: FloatArray, keys: Collection[str]) -> tuple[Respo
 def _evaluate(case: Case, rows: FloatArray, keys: Collection[str]) -> Responses:
     try:
         return evaluate_case(case, rows, keys, 1)
-    except DESIGN_ERRORS as error:
+    except NoResultError as error:
         if len(rows) == 1:
-            return Responses.failed(1, keys, f"{type(error).__name__}: {error}")
+            return Responses.failed(1, keys, str(error))
     except Exception as error:
         track, speed = case.excitation.source.name, case.excitation.speed
         place = f"an evaluation on {track} at {speed:g} m/s failed"
@@ -140,13 +139,11 @@ def _evaluate(case: Case, rows: FloatArray, keys: Collection[str]) -> Responses:
 def is_design_failure(reason: str) -> bool:
     """Return False if a reason is the text of an exception that says nothing about the design.
 
-    >>> [is_design_failure(reason) for reason in ("left the track", "ValueError: mass", "TypeError: array", "")]
-    [True, True, False, True]
+    >>> [is_design_failure(reason) for reason in ("left the track", "ValueError: shapes", "")]
+    [True, False, True]
     """
     kind = getattr(builtins, reason.partition(":")[0], None)
-    if not (isinstance(kind, type) and issubclass(kind, Exception)):
-        return True
-    return issubclass(kind, DESIGN_ERRORS)
+    return not (isinstance(kind, type) and issubclass(kind, Exception))
 
 
 def split_tasks(tasks: Iterable[Task], seconds: float, workers: int, pace: float = INITIAL_PACE) -> list[Task]:

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
+from railui.core import NoResultError
 from railui.curving.equilibrium import solve_equilibria
+from railui.io.problems import FileProblems
 from railui.memo import IdentityCache
 from railui.optimisation.cases import Case
 from railui.optimisation.response_keys import MAX_SPEED, RESPONSE_KEYS
@@ -79,6 +81,8 @@ def evaluate_case(case: Case, rows: FloatArray, keys: Collection[str], jobs: int
 
     Raises
     ------
+    NoResultError
+        For the numbers of a vehicle for which an analysis has no result.
     ValueError
         For a key that cannot be evaluated for any vehicle.
     """
@@ -131,7 +135,7 @@ def _count_steps(model: Model, rows: FloatArray, excitation: Excitation) -> Rows
     def steps(some: FloatArray) -> list[int]:
         try:
             return vehicles.required_steps(model.batch(some), excitation.speed, excitation.speed, excitation.dt)
-        except ValueError:
+        except NoResultError:
             return []
 
     if all_steps := steps(rows):
@@ -170,12 +174,21 @@ def _safety_values(
     jobs: int,
 ) -> dict[str, FloatArray]:
     """Return measures of running safety [n]; inf for a vehicle that leaves the track, NaN where one is undefined."""
-    vehicles = [model.with_row(row) for row in rows]
+    vehicles = _vehicles(model, rows)
     measures = [
         dict.fromkeys(keys, np.inf) if safety is None else safety.measures()
         for safety in running_safety_many(vehicles, excitation, steps, jobs)
     ]
     return {key: np.array([np.nan if each[key] is None else each[key] for each in measures]) for key in keys}
+
+
+def _vehicles(model: Model, rows: FloatArray) -> list[Model]:
+    """Return the vehicles with these rows; NoResultError for numbers that no design may have."""
+    try:
+        return [model.with_row(row) for row in rows]
+    except FileProblems as error:
+        problem = error.problems[0]
+        raise NoResultError(f"{problem.key}: {problem.message}") from None
 
 
 def stability_responses(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> Responses:
@@ -202,7 +215,7 @@ def stability_responses(case: Case, rows: FloatArray, keys: Collection[str], job
 def _nonlinear_speeds(case: Case, rows: FloatArray, keys: Collection[str], jobs: int) -> dict[str, FloatArray]:
     """Return the critical speeds [n] that are computed vehicle by vehicle."""
     model = case.vehicle.model
-    models = [model.with_row(row) for row in rows]
+    models = _vehicles(model, rows)
     values: dict[str, FloatArray] = {}
     if "fold_speed" in keys:
         values["fold_speed"] = np.nan_to_num(nonlinear_critical_speeds(models, DEFAULT_SPEEDS, jobs), nan=MAX_SPEED)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
+from railui.core import NoResultError
 from railui.ride_quality.comfort import (
     DAY,
     HOUR,
@@ -88,7 +89,7 @@ def score_many(statistics: Mapping[str, Any], riding: ScoreSettings, clearance: 
     if not 0 <= riding.comfort_weight <= 1:
         raise ValueError(f"comfort_weight must lie between 0 and 1: {riding.comfort_weight:g}")
     if not clearance > 0:
-        raise ValueError(f"the flange clearance must be positive: {clearance:g} m")
+        raise NoResultError(f"the flange clearance must be positive: {clearance:g} m")
     wheelsets = {name: np.asarray(statistics[name], np.float64) for name in ("mean_e", "sd_e", "flange_fractions")}
     scalars = {name: np.asarray(statistics[name], np.float64) for name in _scalar_statistics(statistics)}
     diverged = _diverged(statistics, wheelsets, scalars)

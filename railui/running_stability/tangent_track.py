@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
-from railui.core import Batch, Vehicles
+from railui.core import Batch, NoResultError, Vehicles
 from railui.core.vehicles import MAX_STEPS_PER_SAMPLE
 from railui.track import Track
 from railui.track.excitation import Excitation, TrackSource
@@ -115,16 +115,16 @@ class TangentTrackRuns:
     def sampling(self, slowest: float, fastest: float, dt: float) -> Sampling:
         """Return the sampling that the vehicle needs between two speeds [m/s], `dt` [s] apart at SAMPLE_SPACING.
 
-        ValueError for a vehicle too stiff even for the finest one.
+        NoResultError for a vehicle too stiff even for the finest one.
         """
         limit = MAX_STEPS_PER_SAMPLE * MAX_REFINEMENT
         try:
             steps = self.vehicles.required_steps(self.single, slowest, fastest, dt, limit=limit)[0]
-        except ValueError as error:
+        except NoResultError as error:
             reason, separator, _ = str(error).partition("; ")
             if not separator:
                 raise
-            raise ValueError(f"limit cycles at {slowest:.4g} m/s: {reason}; {STIFF_REMEDY}") from None
+            raise NoResultError(f"limit cycles at {slowest:.4g} m/s: {reason}; {STIFF_REMEDY}") from None
         refinement = 1
         while steps > MAX_STEPS_PER_SAMPLE:  # a power of two, or three times one
             refinement, steps = 2 * refinement, steps // 2

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from railui.arrays import FloatArray
-from railui.core import Spline
+from railui.core import NoResultError, Spline
 from railui.track.line import MIN_SAMPLES, Track, check_increasing
 from railui.track.line_geometry import Cant, LinePositions, add_twist, line_columns
 
@@ -42,7 +42,9 @@ def wheelset_distances(wheelbase: Wheelbase) -> tuple[float, ...]:
     """
     behind = (0.0, 2.0 * wheelbase) if isinstance(wheelbase, int | float) else tuple(float(x) for x in wheelbase)
     if not behind or behind[0] != 0 or not all(0 <= x < np.inf for x in behind):
-        raise ValueError(f"wheelsets must run behind the first, which is half the wheelbase 0 or more: {wheelbase} m")
+        raise NoResultError(
+            f"wheelsets must run behind the first, which is half the wheelbase 0 or more: {wheelbase} m"
+        )
     return behind
 
 
