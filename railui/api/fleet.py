@@ -125,6 +125,8 @@ def fleet_status(fleet: str | Path, out: str | Path | None = None, since: str | 
     from railui.io.problems import file_problem
 
     file = _results_of(fleet, out) / DOCUMENT
+    if not file.is_file() and not Path(fleet).exists():
+        raise file_problem(fleet, "does not exist", "name a fleet.yaml, or its directory")
     if not file.is_file():
         raise file_problem(file, "does not exist", f"run `railui fleet run {fleet}` first")
     document: dict[str, Any] = json.loads(file.read_text("utf-8"))

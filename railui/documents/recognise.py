@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from railui.campaign.directory import campaign_file
 from railui.contact.profile_reader import SIMPACK_KINDS
 from railui.io.problems import FileProblems, Findings, file_problem
 from railui.io.schema_line import document_kind
@@ -40,7 +39,13 @@ def recognise(path: str | Path) -> str:
     FileProblems
         If railui does not read files of this kind.
     """
-    path = Path(path) / "fleet.yaml" if (Path(path) / "fleet.yaml").is_file() else campaign_file(path)
+    path = Path(path)
+    if path.is_dir():
+        files = [path / name for name in ("fleet.yaml", "campaign.yaml") if (path / name).is_file()]
+        if not files:
+            remedy = "name a file, or the directory of a campaign or a fleet"
+            raise file_problem(path, "holds no campaign.yaml and no fleet.yaml", remedy)
+        path = files[0]
     if path.suffix.lower() in SIMPACK_KINDS:
         return "profile"
     if path.name.lower().endswith((".csv", ".csv.gz", ".txt", ".gz")):

@@ -30,8 +30,9 @@ def check_fleet(path: str | Path, progress: Progress = SILENT) -> Fleet:
         With every fault of the file, of its designs, of the table of runs, or of the runs.
     """
     fleet = load_fleet(path)
-    runs = list_runs(fleet)
-    problems = [*fleet.warnings, *_list_warnings(fleet, runs), *run_problems(fleet, runs, progress)]
+    problems: list[Problem] = []
+    runs = list_runs(fleet, problems)
+    problems += [*fleet.warnings, *_list_warnings(fleet, runs), *run_problems(fleet, runs, progress)]
     if any(problem.severity == "error" for problem in problems):
         raise FileProblems(problems)
     return replace(fleet, warnings=tuple(problems))
@@ -42,7 +43,8 @@ def with_warnings(fleet: Fleet, runs: Sequence[FleetRun]) -> Fleet:
     findings = load_yaml(fleet.source).findings()
     missing = [run.file for run in runs if "://" not in run.file and not Path(run.file).is_file()]
     if missing:
-        findings.warn("runs", f"{len(missing)} files are missing: {_names(missing)}", "correct their paths")
+        count = "1 file is" if len(missing) == 1 else f"{len(missing)} files are"
+        findings.warn("runs", f"{count} missing: {_names(missing)}", "correct the paths")
     return replace(fleet, warnings=(*fleet.warnings, *_list_warnings(fleet, runs), *findings.problems))
 
 

@@ -13,6 +13,7 @@ from railui.campaign.campaign import Campaign, check_band, comparison_options, w
 from railui.campaign.estimated import read_estimated
 from railui.campaign.settings.fleet import FleetSettings
 from railui.campaign.stated_noise import read_stated_noise
+from railui.documents.recognise import expect_kind
 from railui.fleet.schema import METADATA, EventModel, FleetModel, LimitModel, RunsModel, TriggersModel, TypeModel
 from railui.io.atomic import canonical_json, sha256, sha256_file
 from railui.io.problems import FileProblems, Findings, Problem, suggest_name
@@ -95,6 +96,7 @@ def load_fleet(path: str | Path) -> Fleet:
     """
     source = Path(path)
     source = source / "fleet.yaml" if source.is_dir() else source
+    expect_kind(source, "fleet")
     data, model, findings = load_fields(source, "fleet", FleetModel, REMEDY)
     if model is None:
         raise FileProblems(findings.errors())
@@ -124,7 +126,9 @@ def load_fleet(path: str | Path) -> Fleet:
         elif event.section and model.triggers.sections and event.section not in model.triggers.sections:
             remedy = suggest_name(event.section, model.triggers.sections)
             findings.add(f"events.{i}.section", f"no section {event.section!r} in the triggers", remedy)
-    limits = [_read_limit(i, limit, types, findings) for i, limit in enumerate(model.limits)]
+    # a type that cannot be read has parameters that are not known
+    read = model.limits if len(types) == len(model.types) else []
+    limits = [_read_limit(i, limit, types, findings) for i, limit in enumerate(read)]
     if findings.errors():
         raise FileProblems(findings.errors())
     return Fleet(

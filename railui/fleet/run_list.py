@@ -15,7 +15,7 @@ from typing import Any, Final
 from railui.fleet.fleet_file import FIELD, Fleet
 from railui.fleet.schema import METADATA, read_time
 from railui.io.extras import install_extra
-from railui.io.problems import Findings, file_problem, suggest_name
+from railui.io.problems import Findings, Problem, file_problem, suggest_name, unreadable_file
 from railui.io.units import UnitError
 from railui.io.yaml_document import load_yaml
 
@@ -54,15 +54,21 @@ class FleetRun:
     line: int = field(default=0, compare=False)
 
 
-def list_runs(fleet: Fleet) -> list[FleetRun]:
+def list_runs(fleet: Fleet, problems: list[Problem] | None = None) -> list[FleetRun]:
     """List the runs of a fleet in the order of time, vehicle and file.
+
+    problems: receives those of faulty lines or names, which are then left out instead of an exception.
 
     Raises
     ------
     FileProblems
-        With every faulty line of the table of runs.
+        With every faulty line of the table of runs, and for one that cannot be read.
     """
-    runs = _from_index(fleet) if fleet.runs.index is not None else _from_names(fleet)
+    runs, findings = _from_index(fleet) if fleet.runs.index is not None else _from_names(fleet)
+    if problems is None:
+        findings.raise_errors()
+    else:
+        problems += findings.problems
     return sorted(runs, key=lambda run: (run.time, run.vehicle, run.file))
 
 
@@ -72,11 +78,13 @@ def index_place(fleet: Fleet) -> str:
     return index if "://" in index else str(fleet.directory / index)
 
 
-def _from_index(fleet: Fleet) -> list[FleetRun]:
+def _from_index(fleet: Fleet) -> tuple[list[FleetRun], Findings]:
     place = index_place(fleet)
     findings = Findings(place)
     lines = _read_text(place).splitlines()
-    rows = csv.reader(lines, delimiter=max(DELIMITERS, key=lines[0].count) if lines else ",")
+    if not lines:
+        raise file_problem(place, "is empty", f"write a header, {','.join(METADATA[:3])}, and a line per run")
+    rows = csv.reader(lines, delimiter=max(DELIMITERS, key=lines[0].count))
     header = _header(next(rows, []), fleet.runs.columns, findings)
     findings.raise_errors()
     home = place.rpartition("/")[0]
@@ -92,8 +100,7 @@ def _from_index(fleet: Fleet) -> list[FleetRun]:
         elif run is not None:
             files.add(run.file)
             runs.append(replace(run, line=number))
-    findings.raise_errors()
-    return runs
+    return runs, findings
 
 
 def _header(cells: list[str], names: Mapping[str, str], findings: Findings) -> list[str]:
@@ -147,7 +154,7 @@ def _run_of_row(
     return FleetRun(file, vehicle, time, section=row.get("section", ""), **numbers)
 
 
-def _from_names(fleet: Fleet) -> list[FleetRun]:
+def _from_names(fleet: Fleet) -> tuple[list[FleetRun], Findings]:
     """List the runs whose metadata are in their names."""
     asked = fleet.runs.pattern or fleet.runs.glob or ""
     place = asked if "://" in asked else str((fleet.directory / asked).resolve())
@@ -176,8 +183,7 @@ def _from_names(fleet: Fleet) -> list[FleetRun]:
             runs.append(run)
     if findings.errors():
         findings.problems = findings.problems[:MAX_PROBLEMS]
-    findings.raise_errors()
-    return runs
+    return runs, findings
 
 
 def _expression_of_pattern(pattern: str) -> re.Pattern[str]:
@@ -226,11 +232,14 @@ def _file_system(address: str) -> Any:
 
 
 def _read_text(place: str) -> str:
-    if "://" not in place:
-        return Path(place).read_text("utf-8-sig")
     try:
-        return str(_file_system(place).cat_file(place).decode("utf-8-sig"))
+        data = Path(place).read_bytes() if "://" not in place else bytes(_file_system(place).cat_file(place))
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise file_problem(place, "is not text in UTF-8", "save it as CSV in UTF-8") from None
     except OSError as error:
+        if "://" not in place:
+            raise unreadable_file(place, error) from None
         raise file_problem(place, f"cannot be read: {type(error).__name__}", "correct the address") from None
 
 

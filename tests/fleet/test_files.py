@@ -153,6 +153,47 @@ def test_the_check_reports_missing_and_damaged_runs_at_once(tmp_path: Path) -> N
     assert f"{names[5]}:10:" in found[names[5]][0]
 
 
+def test_faulty_lines_of_the_table_do_not_hide_faulty_runs(tmp_path: Path) -> None:
+    write(RigFleet(rigs=1, runs=14), tmp_path)
+    index = (tmp_path / "runs.csv").read_text().replace("rig1_03.csv.gz,rig1", "rig1_03.csv.gz,rig9")
+    (tmp_path / "runs.csv").write_text(index)
+    (tmp_path / "runs/rig1_04.csv.gz").unlink()
+    problems = {p.line: p.key for p in check(tmp_path) if p.severity == "error"}
+    assert problems == {4: "vehicle", 5: "file"}
+    with pytest.raises(FileProblems, match=r"runs.csv:4:1: vehicle: "):
+        _listed(tmp_path)  # an update needs the whole table
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [(b"", "is empty, write a header, file,vehicle,time"), (b"\xff\xfef\x00", "is not text in UTF-8, save it as CSV")],
+)
+def test_a_table_that_is_none_is_reported_with_its_remedy(tmp_path: Path, content: bytes, fault: str) -> None:
+    _home(tmp_path, "index: runs.csv")
+    (tmp_path / "runs.csv").write_bytes(content)
+    for words in (["check"], ["fleet", "run"]):
+        result = run_cli(*words, str(tmp_path / "fleet.yaml"))
+        assert result.exit_code == 2 and f"runs.csv: {fault}" in result.output
+
+
+def test_a_file_of_another_kind_is_reported_once(tmp_path: Path) -> None:
+    _home(tmp_path, "index: runs.csv")
+    result = run_cli("fleet", "run", str(tmp_path / "rig.yaml"))
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert "is a design, but a fleet is required" in line
+    assert "does not exist, name a fleet.yaml" in run_cli("fleet", "status", str(tmp_path / "none.yaml")).stderr
+    (tmp_path / "empty").mkdir()
+    assert "holds no campaign.yaml and no fleet.yaml" in run_cli("check", str(tmp_path / "empty")).stdout
+
+
+def test_a_limit_of_a_type_that_cannot_be_read_is_no_further_fault(tmp_path: Path) -> None:
+    _home(tmp_path, "glob: '*.csv'", more="limits: [{parameter: vehicle.rig.stiffness, below: 1 N/m}]\n")
+    (tmp_path / "rig.yaml").unlink()
+    (problem,) = check(tmp_path)
+    assert problem.key == "types.rig.vehicle"
+
+
 def test_the_check_warns_of_runs_that_an_update_leaves_out_and_lists_few_warnings_of_a_kind(tmp_path: Path) -> None:
     write(RigFleet(rigs=1, runs=14), tmp_path)
     for file in sorted((tmp_path / "runs").iterdir()):
