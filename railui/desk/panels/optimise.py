@@ -141,13 +141,14 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
         if self.job is not None:
             self.notify("the search is running: k stops it")
             return
+        self.search_view.failure = ""
         try:
             study = self.plan.write_study()
         except FileProblems as error:
             self.app.push_screen(ProblemsDialog("the plan", error))
             return
         except (OSError, RuntimeError, ValueError) as error:  # the directory is not writable or not a path
-            text = f"{error}: change the directory of the plan"
+            text = self.search_view.failure = f"{error}: change the directory of the plan"
             self.search_view.set_activity(text)
             self.notify(text, severity="error", timeout=12)
             self.show_status()
@@ -185,6 +186,7 @@ spectra and convergence. `t` opens the design in the form, `f` returns to the pl
     @on(JobFailed)
     def _on_failed(self, message: JobFailed) -> None:
         self.job = None
+        self.search_view.failure = "" if message.is_stopped else message.text
         self.search_view.set_activity("stopped: s resumes the search" if message.is_stopped else message.text)
         self.search_view.show_all()
         self.show_status()

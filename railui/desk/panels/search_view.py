@@ -68,6 +68,7 @@ class SearchView(Vertical):
         self.nominal: DesignResults | None = None
         self.activity = ""
         self.fresh_text = ""
+        self.failure = ""  # with which the search ended
         self.view = 0
         self.is_front_page = False
         self.axes = (0, 1)
@@ -76,7 +77,7 @@ class SearchView(Vertical):
         self.selected: dict[str, float] | None = None  # variables of the design that was selected last
         self.results: Comparison | None = None  # its results and those of the nominal design
         self.pins: list[Pin] = []
-        self._warnings: tuple[list[str], bool] | None = None  # in the list, in one line on the page of the front
+        self._warnings: tuple[str, list[str], bool] | None = None  # shown, in one line on the page of the front
         self.result_runner = LatestJobRunner(self, "results")
 
     def compose(self) -> ComposeResult:
@@ -132,18 +133,24 @@ class SearchView(Vertical):
         self._show_status()
 
     def _show_warnings(self) -> None:
-        """Show all warnings of the search, or of the plan before one; none take no room."""
+        """Show the failure of the search and all its warnings, or those of the plan before one; none take no room."""
         warnings = self.history.warnings if self.history else self.plan.warnings() if self.plan else []
-        if (warnings, self.is_front_page) == self._warnings:
+        if (self.failure, warnings, self.is_front_page) == self._warnings:
             return
-        self._warnings = warnings, self.is_front_page
+        self._warnings = self.failure, warnings, self.is_front_page
         box = self.query_one("#search-warnings")
-        box.display = bool(warnings)
+        box.display = bool(self.failure or warnings)
         box.set_class(self.is_front_page, "one-line")
         count = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings"
         set_titles(box, count, "tab: all of them")
+        if self.failure:
+            count = f"failed, {count}" if warnings else "failed"
+            set_titles(box, count)
         head = f"{count}, tab shows all: " if self.is_front_page else ""
-        self.query_one("#search-warnings-text", Static).update(Text(head + warnings_text(warnings), "yellow"))
+        text = Text(head, "yellow")
+        text.append(f"{self.failure}\n" if self.failure else "", "bold red")
+        text.append(warnings_text(warnings), "yellow")
+        self.query_one("#search-warnings-text", Static).update(text)
 
     def _show_status(self) -> None:
         self._show_warnings()
@@ -306,7 +313,6 @@ class SearchView(Vertical):
 
     def on_resize(self) -> None:
         self.arrange_parts()
-        self.call_after_refresh(self._show_quality)
 
     def arrange_parts(self) -> None:
         """Arrange the parts in the room there is."""
@@ -314,6 +320,7 @@ class SearchView(Vertical):
         self.query_one("#search-status").display = not self.is_front_page
         layout = search_layout(grid.size.width, grid.size.height, self.view, self.is_front_page)
         apply_layout(grid, {name: self.query_one(f"#{name}") for name in PARTS}, layout)
+        self.call_after_refresh(self._show_quality)  # its columns depend on its width
 
 
 def _evaluate_selected(

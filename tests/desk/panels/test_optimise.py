@@ -48,6 +48,38 @@ async def test_a_study_is_searched_and_a_design_taken_within_four_keys(open_desk
         assert (study.parent / "railui-study/springs/knee.yaml").exists()
 
 
+async def test_the_quality_of_a_design_has_the_width_of_its_view(open_desk: OpenDesk, study: Path) -> None:
+    async with open_desk(study, size=(80, 24)) as keys:
+        panel = keys.desk.query_one(OptimisePanel)
+        await keys.press("s")
+        await keys.wait_until(lambda: panel.result is not None)
+        await keys.wait_until_idle()
+        await keys.press("f", "v")
+        quality = panel.query_one("#search-quality", Static)
+        assert quality.region.width > 70
+        lines = str(quality.content).splitlines()
+        assert lines[1].startswith("weighted acceleration ") and lines[2].startswith("flange margin ")
+
+
+async def test_a_search_that_fails_shows_its_reason_and_remedy_until_the_next(open_desk: OpenDesk, study: Path) -> None:
+    async with open_desk(study, size=(80, 24)) as keys:
+        panel = keys.desk.query_one(OptimisePanel)
+        assert panel.plan is not None
+        (study.parent / "other").mkdir()
+        (study.parent / "other/notes.txt").write_text("mine")
+        first = panel.plan
+        panel.set_plan(first.with_value("directory", str(study.parent / "other")))
+        await keys.press("s")
+        await keys.wait_until_idle()
+        box, text = panel.query_one("#search-warnings"), panel.query_one("#search-warnings-text", Static)
+        assert box.display and str(box.border_title).startswith("failed")
+        assert "notes.txt" in str(text.content) and "choose another directory" in str(text.content)
+        panel.set_plan(first)
+        await keys.press("s")
+        await keys.wait_until(lambda: panel.result is not None)
+        assert "notes.txt" not in str(text.content)
+
+
 async def test_the_warnings_of_study_and_result_stay_on_both_pages(open_desk: OpenDesk, study: Path) -> None:
     async with open_desk(study, size=(160, 48)) as keys:
         panel = keys.desk.query_one(OptimisePanel)
