@@ -10,7 +10,8 @@ INTRODUCTION = """# Settings of the loop
 
 Thresholds that steer the verdict of `railui loop`. A campaign changes them by name, as a number in the stated unit or with a unit;
 `loop.json` records the value of every one under `settings`. Numbers of the methods themselves (windows of spectra, steps of
-differences, grids of lags) are constants of their modules.
+differences, grids of lags) are constants of their modules. A level of a test (`significance_level`, `run_dependence_level`) that its `bootstrap_draws`
+do not resolve, (1 + draws) times the level below 16, is refused.
 
 ```yaml
 settings:

@@ -14,7 +14,7 @@ from railui.campaign.directory import campaign_file
 from railui.campaign.estimated import read_estimated
 from railui.campaign.schema import ROLES, CampaignModel, MeasurementModel, read_conditions
 from railui.campaign.sensors import read_sensors
-from railui.campaign.settings.loop_settings import LoopSettings
+from railui.campaign.settings.loop_settings import LoopSettings, SettingsConflict
 from railui.campaign.stated_noise import read_stated_noise
 from railui.io.atomic import sha256_file
 from railui.io.problems import FileProblems, Findings, Problem, suggest_name
@@ -148,6 +148,7 @@ def load_campaign(path: str | Path, catalogue: Catalogue | None = None) -> Campa
     sensors = _sensors(data.get("sensors"), findings, catalogue, kind)
     corrections = read_corrections(data.get("sensors"), kind, [run.name for run in runs], findings)
     check_band(data.get("band"), findings)
+    check_settings(model, findings)
     if findings.errors() or design is None or model is None:
         raise FileProblems(findings.errors())
     return Campaign(
@@ -179,8 +180,12 @@ def comparison_options(model: MeasurementModel, *, is_rig: bool = False) -> dict
         "cut_share": cut_share,
         "min_relative_gain": model.material,
         "track": model.track,
-        "settings": LoopSettings().with_values(model.model_dump()["settings"]),
+        "settings": _settings(model),
     }
+
+
+def _settings(model: MeasurementModel) -> LoopSettings:
+    return LoopSettings().with_values(model.model_dump()["settings"])
 
 
 def with_declared_sensors(design: Design | None, raw: Any, findings: Findings) -> Design | None:
@@ -265,6 +270,15 @@ def check_band(raw: Any, findings: Findings) -> None:
         )
 
 
+def check_settings(model: MeasurementModel | None, findings: Findings) -> None:
+    """Report settings that do not go together; None: a file whose fields are reported already."""
+    try:
+        if model is not None:
+            _settings(model)
+    except SettingsConflict as error:
+        findings.add(f"settings.{error.name}", error.message, error.remedy)
+
+
 def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: Form) -> tuple[PlacedEffect, ...]:
     effects, path = effects_of(raw)
     if not effects:
@@ -274,4 +288,12 @@ def _sensors(raw: Any, findings: Findings, catalogue: Catalogue | None, kind: Fo
     return read_effects(effects, findings, path, known, {}, form=form, sensors=True)
 
 
-__all__ = ["Campaign", "RunEntry", "check_band", "comparison_options", "load_campaign", "with_declared_sensors"]
+__all__ = [
+    "Campaign",
+    "RunEntry",
+    "check_band",
+    "check_settings",
+    "comparison_options",
+    "load_campaign",
+    "with_declared_sensors",
+]

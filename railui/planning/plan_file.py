@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field
 
-from railui.campaign.campaign import Campaign, check_band, comparison_options, with_declared_sensors
+from railui.campaign.campaign import Campaign, check_band, check_settings, comparison_options, with_declared_sensors
 from railui.campaign.estimated import read_estimated
 from railui.campaign.schema import MeasurementModel
 from railui.campaign.stated_noise import read_stated_noise
@@ -95,6 +95,7 @@ def read_plan_fields(path: str | Path) -> PlanModel:
     """Read the fields of a plan file without a vehicle; FileProblems with every fault that shows without one."""
     data, model, findings = load_fields(path, "plan", PlanModel, REMEDY)
     check_band(data.get("band"), findings)
+    check_settings(model, findings)
     if findings.errors() or model is None:
         raise FileProblems(findings.errors())
     return model
@@ -123,6 +124,7 @@ def load_plan(path: str | Path, design: Design, noise: Mapping[str, Any] | None 
     sensors = tuple(c for c in column_names(kind, "response") if c in levels and is_compared(c))
     checked, paths = read_estimated(data.get("adjust"), data.get("free"), checked, findings)
     check_band(data.get("band"), findings)
+    check_settings(model, findings)
     _check_sensors(checked, sensors, levels, data.get("costs"), findings)
     if findings.errors() or model is None:
         raise FileProblems(findings.errors())

@@ -8,7 +8,7 @@ import pytest
 
 from railui.campaign.campaign import load_campaign
 from railui.campaign.settings.declaration import Setting
-from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
+from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings, SettingsConflict
 from railui.documents.saving import save_campaign
 from railui.documents.schema import json_schema
 from railui.io.problems import FileProblems
@@ -64,6 +64,33 @@ def test_a_faulty_setting_is_reported_at_its_line(line: str, message: str, remed
         load_campaign(file)
     problem = raised.value.problems[0]
     assert (problem.message, problem.remedy) == (message, remedy)
+    assert problem.line == len(file.read_text().splitlines())
+
+
+@pytest.mark.parametrize("name", ["significance_level", "run_dependence_level"])
+def test_a_level_that_the_draws_do_not_resolve_is_refused(name: str) -> None:
+    """Sixteen draws beyond the quantile are required; at a level of 1e-4 even the least p of 2000 draws is higher."""
+    assert LoopSettings().with_values({name: 0.0081}).changed() == {name: 0.0081}
+    remedy = "give bootstrap_draws of at least 159999, or a level of at least 0.008"
+    with pytest.raises(SettingsConflict, match=f"{name}: 2000 bootstrap_draws .* level of 0.0001, {remedy}"):
+        LoopSettings().with_values({name: 1e-4})
+    assert LoopSettings().with_values({name: 1e-4, "bootstrap_draws": 159999}).changed()[name] == 1e-4
+
+
+def test_too_few_draws_for_the_levels_are_refused() -> None:
+    with pytest.raises(SettingsConflict, match=r"100 bootstrap_draws do not resolve a level of 0\.01"):
+        LoopSettings().with_values({"bootstrap_draws": 100})
+
+
+def test_settings_that_do_not_go_together_are_reported_at_the_line_of_the_level(campaign_folder: Path) -> None:
+    file = campaign_with("settings:\n  bootstrap_draws: 200\n  significance_level: 0.05\n", campaign_folder)
+    with pytest.raises(FileProblems) as raised:
+        load_campaign(file)
+    problem = raised.value.problems[0]
+    assert (problem.key, problem.message) == (
+        "settings.significance_level",
+        "200 bootstrap_draws do not resolve a level of 0.05",
+    )
     assert problem.line == len(file.read_text().splitlines())
 
 

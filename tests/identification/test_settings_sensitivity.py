@@ -75,7 +75,9 @@ class ReadRecorder:
 def recording(settings: LoopSettings, read: set[str]) -> LoopSettings:
     """Return settings that record in `read` which of them are read."""
     groups = {setting.group for setting in SETTINGS.values()}
-    return LoopSettings(**{group: ReadRecorder(getattr(settings, group), read) for group in groups})  # type: ignore[arg-type]
+    recorded = LoopSettings(**{group: ReadRecorder(getattr(settings, group), read) for group in groups})  # type: ignore[arg-type]
+    read.clear()  # of the check of the settings themselves
+    return recorded
 
 
 def campaign_directories() -> Iterator[tuple[str, Path]]:

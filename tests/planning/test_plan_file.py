@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from railui.io.problems import FileProblems
-from railui.planning.plan_file import RUN, load_plan
+from railui.planning.plan_file import RUN, load_plan, read_plan_fields
 from railui.vehicle.design_reader import load_design
 from tests.planning.files import nominal_design, plan_file, plan_text
 
@@ -41,6 +41,14 @@ def test_every_fault_is_reported_with_its_line_and_remedy(tmp_path: Path) -> Non
     assert "its lower limit 30 Hz is not below its upper limit 2 Hz" in text
     assert "plan.yaml:4" in text and "sensor" in text
     assert all(problem.remedy for problem in caught.value.problems)
+
+
+def test_settings_that_do_not_go_together_are_reported(tmp_path: Path) -> None:
+    path = tmp_path / "plan.yaml"
+    path.write_text(plan_text(SENSORS, "settings: {bootstrap_draws: 200}\n"))
+    for read in (read_plan_fields, lambda file: load_plan(file, nominal_design())):
+        with pytest.raises(FileProblems, match=r"200 bootstrap_draws do not resolve a level of 0\.01"):
+            read(path)
 
 
 def test_a_rig_has_no_runs_on_a_track(tmp_path: Path) -> None:
