@@ -68,20 +68,24 @@ class PairRefit:
 def select_shapes(scores: ScoreTestResult, count: int, of_candidate: int) -> list[ScoreResult]:
     """Select shapes for pairs: the best of every candidate, then further shapes in the order of their scores.
 
+    Those that are extrapolated from a part of the runs are behind all others, since chance raises their scores more.
     A candidate of no or the wrong sign alone may be half of the best pair; one with a phase is left out.
     of_candidate: shapes of a candidate, at most.
     """
     best = [s for s in scores.best if not s.candidate.has_phase]
     others: list[ScoreResult] = []
     shapes: dict[Candidate, int] = {}
-    for s in sorted(scores.results, key=lambda s: -abs(s.rho)):
+    for s in sorted(scores.results, key=_order):
         if s in best or s.candidate.has_phase:
             continue
         shapes[s.candidate] = shapes.get(s.candidate, 1) + 1
         if shapes[s.candidate] <= of_candidate:
             others.append(s)
-    best.sort(key=lambda s: -abs(s.rho))
-    return [*best, *others][:count]
+    return [*sorted(best, key=_order), *others][:count]
+
+
+def _order(s: ScoreResult) -> tuple[bool, float]:
+    return s.is_extrapolated, -abs(s.rho)
 
 
 def score_pairs(test: ScoreTest, scores: ScoreTestResult) -> tuple[list[PairScore], int]:

@@ -103,10 +103,17 @@ class BlockScore:
 
 @dataclass(frozen=True, eq=False)
 class ScoreResult(BlockScore):
-    """Score of one shape of a candidate."""
+    """Score of one shape of a candidate.
+
+    Attributes
+    ----------
+    is_extrapolated
+        True for a result from a part of the runs: chance correlates more with fewer samples.
+    """
 
     candidate: Candidate
     shape: int
+    is_extrapolated: bool = field(default=False, repr=False)
 
     @property
     def is_one_sided(self) -> bool:
@@ -127,4 +134,4 @@ class ScoreResult(BlockScore):
             "segment_of_block": self.segment_of_block,
         }
         resized = {name: np.resize(x, blocks) for name, x in per_block.items() if x.size}
-        return replace(self, norm=ratio * self.norm, **resized)  # type: ignore[arg-type]
+        return replace(self, norm=ratio * self.norm, is_extrapolated=True, **resized)  # type: ignore[arg-type]

@@ -15,6 +15,8 @@ from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
 from railui.identification.structure import pairs
 from railui.identification.structure.candidate_scores import run_score_test
+from railui.identification.structure.candidates import Candidate
+from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.pairs import projected_gram, score_pairs, select_shapes
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from tests.blind.simulated import simulated_campaign
@@ -33,6 +35,25 @@ def scored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Context, Fit, Scor
     context = create_context(read_dataset(load_campaign(folder)), jobs=1, excluded=("free_play",))
     fit = calibrate(context)
     return context, fit, run_score_test(context, fit)
+
+
+def test_extrapolated_shapes_are_behind_those_scored_on_the_whole_part():
+    """A score of 0.1 from a third of the samples may be chance; one of 0.05 from all of them is worth more."""
+
+    def results(at: str, rho: tuple[float, float]) -> list[ScoreResult]:
+        candidate = Candidate("cubic_stiffness", at, None)
+        return [ScoreResult(candidate, i, rho=r, amount=1.0, scores=np.full(12, r), norm=1.0) for i, r in enumerate(rho)]
+
+    whole = results("primary_lateral", (0.05, -0.02))
+    part = [s.extrapolate(3.0, 36) for at in ("secondary_lateral", "wheelset_yaw") for s in results(at, (-0.1, 0.08))]
+    shapes = select_shapes(ScoreTestResult((*part, *whole), (whole[0], *part[::2]), 1.0, 4.0, 1.0), 5, 2)
+    assert [(s.candidate.at, s.rho) for s in shapes] == [
+        ("primary_lateral", 0.05),
+        ("secondary_lateral", -0.1),
+        ("wheelset_yaw", -0.1),
+        ("primary_lateral", -0.02),
+        ("secondary_lateral", 0.08),
+    ]
 
 
 def test_the_diagonal_of_the_projected_gram_matrix_is_that_of_the_score_test(scored):
