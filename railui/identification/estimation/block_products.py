@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.identification.estimation.problem import FitSegment
+
+if TYPE_CHECKING:
+    from railui.identification.estimation.problem import FitSegment
 
 MIN_BLOCK_SAMPLES = 8
 

@@ -12,6 +12,7 @@ from railui.campaign.comparison import comparison_filter, kernel_filter, sosfilt
 from railui.campaign.segment import Segment
 from railui.core import ZeroPhaseFilter, adds_body
 from railui.identification.context import Context
+from railui.identification.estimation.block_products import scaled_inverse
 from railui.identification.estimation.initial_state import (
     DIFFERENCE_STEP,
     estimate_initial_state,
@@ -27,23 +28,38 @@ WEIGHTED_WINDOWS = 6  # windows of a segment on which noise is simulated for the
 START_SHARES = (0.0, 0.1, 0.3, 1.0)  # of the correction of an initial state that are tried
 MAX_START_IMPROVEMENTS = 4
 RENEWED_GAIN = 0.01  # of the misfit by a correction, from which the sensitivity is computed again
+RIG_DIFFERENCE_STEP = 1e-5  # of a usual motion of a rig: as small as the steps of its parameters
 SAMPLES_PER_PERIOD = 2.4  # of the highest frequency compared, kept at least
 
 
 @dataclass(frozen=True, eq=False)
 class InitialStateSensitivity:
-    """Sensitivity of a window's compared channels to its initial state: rows [state, channel, n] in usual sizes."""
+    """Sensitivity of a window's compared channels to its initial state.
+
+    Attributes
+    ----------
+    rows
+        Sensitivities [state, channel, n] in usual sizes.
+    inverse
+        Inverse [state, state] of their products and a ridge of usual motions, for estimates.
+    eliminating
+        The inverse for elimination: without the ridge on a rig, of whose equilibrium nothing is known.
+    """
 
     rows: FloatArray
     inverse: FloatArray
+    eliminating: FloatArray
 
     def estimate(self, series: FloatArray) -> FloatArray:
         """Estimate the initial states [..., state], in usual sizes, that explain series [..., channel, n] best."""
-        return np.asarray(np.tensordot(series, self.rows, ([-2, -1], [1, 2])) @ self.inverse)
+        return np.asarray(self._products(series) @ self.inverse)
 
     def project_out(self, series: FloatArray) -> FloatArray:
         """Subtract from series [..., channel, n] the part that an initial state explains."""
-        return np.asarray(series - np.tensordot(self.estimate(series), self.rows, 1))
+        return np.asarray(series - np.tensordot(self._products(series) @ self.eliminating, self.rows, 1))
+
+    def _products(self, series: FloatArray) -> FloatArray:
+        return np.asarray(np.tensordot(series, self.rows, ([-2, -1], [1, 2])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,6 +230,9 @@ def _with_correction(target: FitSegment, sensitivity: InitialStateSensitivity, c
 def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
     """Correct an initial state by as much of the linear estimate as lowers the misfit, with its sensitivity.
 
+    That of a rig belongs to the corrected state exactly: a preload moves the motion of a rig as another initial state
+    does, and differences of both that are taken at two states would seem to determine it.
+
     Raises
     ------
     DivergedError
@@ -226,7 +245,8 @@ def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegm
     misfit = np.where(diverged < 0, np.sum((series - target.measured) ** 2, axis=(1, 2)), np.inf)
     best = int(np.argmin(np.where(np.isfinite(misfit), misfit, np.inf)))
     improved = replace(target, initial_state=starts[best], initial_sensitivity=sensitivity)
-    if misfit[best] < (1.0 - RENEWED_GAIN) * misfit[0]:
+    renewed_gain = 0.0 if target.segment.is_rig else RENEWED_GAIN
+    if misfit[best] < (1.0 - renewed_gain) * misfit[0]:
         sensitivity, _ = _start_correction(context, model, improved)
         improved = replace(improved, initial_sensitivity=sensitivity)
     return improved
@@ -248,8 +268,10 @@ def _start_correction(context: Context, model: Model, target: FitSegment) -> tup
     simulated, rows = sensitivities_to_start(model, target, scale)
     if target.sensitivity_steps != target.steps:
         simulated = _simulate_from_start(model, target)
-    gram = np.tensordot(rows, rows, ([1, 2], [1, 2])) + np.eye(len(rows))
-    sensitivity = InitialStateSensitivity(rows, np.asarray(np.linalg.inv(gram), dtype=np.float64))
+    gram = np.tensordot(rows, rows, ([1, 2], [1, 2]))
+    inverse = np.asarray(np.linalg.inv(gram + np.eye(len(rows))), dtype=np.float64)
+    is_free = target.segment.is_rig and not target.is_window
+    sensitivity = InitialStateSensitivity(rows, inverse, scaled_inverse(gram) if is_free else inverse)
     return sensitivity, np.asarray(scale * sensitivity.estimate(target.measured - simulated))
 
 
@@ -266,10 +288,11 @@ def sensitivities_to_start(model: Model, target: FitSegment, scale: FloatArray) 
         Where the vehicle diverges.
     """
     starts = np.tile(target.initial_state, (len(scale) + 1, 1))
-    starts[1:, : len(scale)] += np.diag(DIFFERENCE_STEP * scale)
+    step = RIG_DIFFERENCE_STEP if target.segment.is_rig else DIFFERENCE_STEP
+    starts[1:, : len(scale)] += np.diag(step * scale)
     simulation = _from_starts(model, target.for_differences, starts)
     series = _without_divergence(simulation, target)
-    return series[0], (series[1:] - series[0]) / DIFFERENCE_STEP
+    return series[0], (series[1:] - series[0]) / step
 
 
 def _simulate_from_start(model: Model, target: FitSegment) -> FloatArray:

@@ -11,9 +11,11 @@ from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
+from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import adapt_to_model, drop_states, truncate
 from railui.identification.estimation.unbiased import _joint_products
 from railui.vehicle.effects import PlacedEffect
+from tests.truth.effects import parse
 from tests.truth.rig import Bench, write
 
 
@@ -52,3 +54,22 @@ def test_the_initial_state_of_a_rig_is_eliminated_once(decay: tuple[Context, Fit
     context, fit = decay
     joint = _joint_products(context, fit, optimiser_of(context, fit, fit.segments))
     assert len(joint.precision) == len(fit.x)
+
+
+@pytest.mark.parametrize(
+    ("law", "start"),
+    [
+        ("dry_friction at=rig force=100 slip_speed=0.01", {"force": 80.0, "slip_speed": 0.02}),
+        ("hysteresis at=rig stiffness=4e4 yield=60", {"stiffness": 3e4, "yield": 50.0}),
+    ],
+)
+def test_a_preload_that_only_shifts_the_motion_is_left_to_its_prior(law: str, start, tmp_path) -> None:
+    """With friction the accelerations are the same about any equilibrium, once the initial state is free."""
+    effect = parse(law)
+    write(Bench([effect], seed=3, columns=("az",), seconds=(8.0, 4.0), rate=200.0, noise=1e-3), tmp_path)
+    context = create_context(read_dataset(load_campaign(tmp_path)), jobs=1)
+    model = context.nominal.with_effect(PlacedEffect(effect.kind, "rig", None, start))
+    fit = fit_output_error(context, model, [*context.campaign.estimated_parameters, *model.effect_paths()])
+    j = fit.free.paths.index("vehicle.rig.preload")
+    assert fit.sd[j] > 0.99 * fit.free.prior_sd[j]
+    assert abs(fit.x[j]) < 0.02 * fit.free.prior_sd[j]
