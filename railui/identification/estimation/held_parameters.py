@@ -33,8 +33,8 @@ def with_spread_of_held_parameters(context: Context, fit: Fit) -> Fit:
 
     At the outer points of a three-point Gauss-Hermite quadrature over such a parameter the others are estimated again.
     Their second moment about the estimate takes the place of the linear part of the covariance (Julier and Uhlmann,
-    Proc. SPIE 3068 (1997) 182). The change up to a nearer point counts in proportion to the distance, a point that
-    cannot be reached as the mirror image of the other.
+    Proc. SPIE 3068 (1997) 182). The change up to a nearer point counts in proportion to the distance, within the bounds
+    of the estimates, a point that cannot be reached as the mirror image of the other.
     """
     held = held_parameters(fit, context.settings.identifiability)
     background = context.in_background(1)
@@ -47,17 +47,23 @@ def with_spread_of_held_parameters(context: Context, fit: Fit) -> Fit:
     covariance = fit.covariance
     for j in sorted({point.index for point in points}):
         covariance = covariance - np.outer(fit.covariance[j], fit.covariance[j]) / fit.covariance[j, j]
-    root = covariance_root(covariance + spread_along(points, len(fit.x)))  # the difference may be slightly indefinite
+    root = covariance_root(covariance + spread_along(fit, points))  # the difference may be slightly indefinite
     return replace(fit, given_covariance=root @ root.T, held_points=points) if points else fit
 
 
-def spread_along(points: Sequence[HeldPoint], p: int) -> FloatArray:
+def spread_along(fit: Fit, points: Sequence[HeldPoint]) -> FloatArray:
     """Second moment [p, p] of the estimates over the parameters that only a prior determines."""
-    moment = np.zeros((p, p))
+    moment = np.zeros((len(fit.x), len(fit.x)))
     for j in sorted({point.index for point in points}):
-        changes = [point.change / point.share for point in points if point.index == j]
+        changes = [whole_change(fit, point) for point in points if point.index == j]
         moment += 2.0 * OUTER_WEIGHT * np.mean([np.outer(change, change) for change in changes], axis=0)
     return moment
+
+
+def whole_change(fit: Fit, point: HeldPoint) -> FloatArray:
+    """Change [p] of the estimates at the whole distance of a point, in proportion and within their bounds."""
+    center, free = fit.least_squares, fit.free
+    return np.clip(point.change / point.share, free.low - center, free.high - center)
 
 
 def held_parameters(fit: Fit, settings: IdentifiabilitySettings) -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,6 +16,8 @@ from railui.identification.estimation.held_parameters import (
     REACH,
     _outer_point,
     held_parameters,
+    spread_along,
+    whole_change,
     with_spread_of_held_parameters,
 )
 from railui.identification.estimation.unbiased import with_unbiased_estimates
@@ -71,6 +74,17 @@ def test_the_spread_is_the_second_moment_over_the_width_of_the_prior():
     assert wide.sd[i] == pytest.approx(np.sqrt(alone + moment), rel=0.15)
     assert wide.sd[i] > 1.1 * fit.sd[i]
     assert wide.sd[j] == pytest.approx(fit.sd[j])
+
+
+def test_a_point_that_is_extrapolated_stays_within_the_bounds():
+    context, fit = calibrated()
+    wide = with_spread_of_held_parameters(context, fit)
+    i, point = fit.free.paths.index(GRAVITATIONAL), wide.held_points[-1]
+    near = replace(point, share=0.25 * point.share)  # as if the change had been reached at a quarter of the distance
+    assert point.change[i] / near.share > fit.x[i]
+    bounded = replace(fit, free=replace(fit.free, high=np.where(np.arange(len(fit.x)) == i, 2.0 * fit.x[i], np.inf)))
+    assert whole_change(bounded, near)[i] == pytest.approx(fit.x[i])
+    assert spread_along(bounded, [near])[i, i] == pytest.approx(fit.x[i] ** 2 / 3.0)
 
 
 def test_the_last_step_leaves_a_held_parameter_and_the_misfit():

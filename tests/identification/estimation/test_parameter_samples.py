@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import GaussNewton
-from railui.identification.estimation.held_parameters import with_spread_of_held_parameters
-from railui.identification.estimation.parameter_samples import with_parameter_samples
+from railui.identification.estimation.held_parameters import spread_along, with_spread_of_held_parameters
+from railui.identification.estimation.parameter_samples import _moves, with_parameter_samples
 from railui.vehicle.sampling import covariance_root
 from tests.identification.estimation.test_held_parameters import (
     GRAVITATIONAL,
@@ -43,7 +44,21 @@ def test_samples_reproduce_the_measured_motions_where_a_normal_distribution_does
 def test_samples_have_the_spread_of_the_estimates():
     fit = sampled()
     spread = np.sqrt(np.mean(fit.samples**2, axis=0)) / fit.sd
-    assert np.all(spread > 0.6) and np.all(spread < 1.4) and 0.85 < np.median(spread) < 1.15
+    assert np.all(spread > 0.93) and np.all(spread < 1.07) and 0.97 < np.median(spread) < 1.03
+
+
+def test_moves_of_held_parameters_have_the_second_moment_that_the_covariance_has():
+    """Also where a refit reached half the distance only, and where the mirror image of a point cannot be reached."""
+    fit = sampled()
+    far, near = fit.held_points
+    count, p = 60, len(fit.x)
+    chance = np.tile((np.arange(count)[:, None] + 0.5) / count, p)
+    for points in ((far, near), (far,), (far, replace(near, share=0.5 * near.share, change=0.5 * near.change))):
+        partly = replace(fit, held_points=points)
+        whole, reached, single = _moves(partly, chance)
+        np.testing.assert_allclose(whole.change.T @ whole.change / count, spread_along(partly, points), rtol=1e-9)
+        assert np.flatnonzero(whole.is_moved.any(axis=0)).tolist() == [far.index] and whole.is_moved.sum() == 20
+        assert np.array_equal(reached.change, single.change)
 
 
 def test_samples_follow_the_curve_of_a_held_parameter():
