@@ -11,6 +11,7 @@ from railui.arrays import FloatArray
 from railui.campaign.settings.estimation import IdentifiabilitySettings
 from railui.identification.context import Context
 from railui.identification.estimation.block_products import scaled_inverse
+from railui.identification.estimation.covariance import block_covariance
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.fixed_parameter import fit_with_parameter_fixed
 from railui.identification.estimation.gauss_newton import GaussNewton
@@ -22,6 +23,8 @@ PROFILE_ITERATIONS = 3
 PROFILE_TOLERANCE = 1e-5
 MAX_PARTNERS = 3
 SECTION_LOOSENESS = 100.0  # variance within which a section may differ from the whole run, in that of its estimate
+MIN_FACTOR = 1e-3  # of correlation in time
+WIDE_PRIOR = 10.0  # relative standard deviation that remains of what the data do not show
 DETERMINED, ROUGH = "determined", "determined roughly"
 COMBINED, UNSEEN = "only in combination", "not seen by these sensors"
 
@@ -70,19 +73,24 @@ class Identifiability:
 def analyse_identifiability(fit: Fit, settings: IdentifiabilitySettings) -> Identifiability:
     """Classify parameters by the singular values of the sensitivities, weighted by noise, per relative change.
 
-    A change of a parameter by its own value counts 1, and by its usual size where it is zero. Priors are left out.
+    A change of a parameter by its own value counts 1, and by its usual size where it is zero. Priors are left out. The
+    standard deviations, of parameters and along directions, are those from blocks of time as of the estimates: how much
+    noise that is correlated in time adds differs from direction to direction.
     """
-    information = _information(fit)
+    size = np.where(np.abs(fit.x) > 0, np.abs(fit.x), fit.free.size)
+    information = fit.normal.total[1:, 1:] * np.outer(size, size) / fit.normal.misfit_per_sample
     values, vectors = np.linalg.eigh(0.5 * (information + information.T))
     values = np.maximum(values, 1e-12)
+    covariance = _covariance_from_data(fit, size)
+    along = np.sqrt(np.einsum("ik,ij,jk->k", vectors, covariance, vectors))
     directions = tuple(
-        _direction(fit.free.paths, float(values[k]), vectors[:, k], settings.direction_part)
-        for k in np.argsort(-values)
+        _direction(fit.free.paths, float(along[k]), vectors[:, k], settings.direction_part) for k in np.argsort(along)
     )
-    covariance = (vectors / values) @ vectors.T
-    alone = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-12))
+    alone = np.sqrt(_correlation_factors(fit) / np.maximum(np.diag(information), 1e-12))
     together = np.sqrt(np.diag(covariance))
-    correlation = np.abs(covariance / np.outer(together, together))
+    of_white_noise = (vectors / values) @ vectors.T
+    sd_of_white_noise = np.sqrt(np.diag(of_white_noise))
+    correlation = np.abs(of_white_noise / np.outer(sd_of_white_noise, sd_of_white_noise))
     classes = []
     for i, path in enumerate(fit.free.paths):
         order = [j for j in np.argsort(-correlation[i]) if j != i]
@@ -99,22 +107,24 @@ def analyse_identifiability(fit: Fit, settings: IdentifiabilitySettings) -> Iden
     return Identifiability(directions, tuple(classes), settings.determined_sd)
 
 
-def _information(fit: Fit) -> FloatArray:
-    """Fisher information [p, p] per relative change, corrected for residuals that are correlated in time."""
-    size = np.where(np.abs(fit.x) > 0, np.abs(fit.x), fit.free.size)
+def _covariance_from_data(fit: Fit, size: FloatArray) -> FloatArray:
+    """Covariance [p, p] per relative change from the data, with a prior so wide that it determines nothing."""
+    precision = 1.0 / (WIDE_PRIOR * size) ** 2
+    blocks = fit.normal.gram.sum(axis=1)
+    return block_covariance(blocks, precision, fit.normal.variance) / np.outer(size, size)
+
+
+def _correlation_factors(fit: Fit) -> FloatArray:
+    """Factors [p] by which statistics of white noise would understate the variance of each parameter alone."""
     scores = fit.normal.gram.sum(axis=1)[:, 1:, 0]
-    total = fit.normal.total[1:, 1:] * np.outer(size, size)
-    # the factor by which statistics of white noise would understate the variance
     white = np.maximum(np.diag(fit.normal.total)[1:] * fit.normal.misfit_per_sample, 1e-300)
-    factor = float(np.median(np.sum((scores - scores.mean(axis=0)) ** 2, axis=0) / white))
-    return np.asarray(total / (fit.normal.misfit_per_sample) / max(factor, 1e-3))
+    return np.asarray(np.maximum(np.sum((scores - scores.mean(axis=0)) ** 2, axis=0) / white, MIN_FACTOR))
 
 
-def _direction(paths: Sequence[str], value: float, vector: FloatArray, least_part: float) -> Direction:
+def _direction(paths: Sequence[str], sd: float, vector: FloatArray, least_part: float) -> Direction:
     v = vector * np.sign(vector[np.argmax(np.abs(vector))])
     parts = [(paths[int(i)], float(v[i])) for i in np.flatnonzero(np.abs(v) >= least_part)]
-    root = np.sqrt(value)
-    return Direction(float(root), float(1.0 / root), tuple(sorted(parts, key=lambda p: -abs(p[1]))))
+    return Direction(1.0 / max(sd, 1e-150), sd, tuple(sorted(parts, key=lambda p: -abs(p[1]))))
 
 
 def parameter_flags(fit: Fit, settings: IdentifiabilitySettings) -> list[str | None]:

@@ -64,6 +64,27 @@ def test_directions_are_sorted_by_singular_value():
     assert all(d.sd == pytest.approx(1.0 / d.singular_value) for d in result)
 
 
+def test_the_relative_sd_is_that_of_the_estimates_where_no_prior_matters():
+    """Noise that is correlated in time adds to each direction by a factor of its own."""
+    fit = calibrated()
+    found = {path: sd for path, _, sd, _ in analyse_identifiability(fit, IdentifiabilitySettings()).classes}
+    without_prior = [j for j, sd in enumerate(fit.free.prior_sd) if not np.isfinite(sd)]
+    determined = [j for j in without_prior if fit.sd[j] < 0.02 * fit.x[j]]
+    assert len(determined) > 6
+    for j in determined:
+        assert found[fit.free.paths[j]] == pytest.approx(fit.sd[j] / fit.x[j], rel=0.2)
+
+
+def test_what_the_data_do_not_show_has_a_large_relative_sd():
+    fit = calibrated()
+    j = fit.free.paths.index(CONICITY)
+    gram = fit.normal.gram.copy()
+    gram[:, :, 1 + j, :] = gram[:, :, :, 1 + j] = 0.0
+    unseen = replace(fit, normal=replace(fit.normal, gram=gram))
+    classes = analyse_identifiability(unseen, IdentifiabilitySettings()).classes
+    assert classes[j][:2] == (CONICITY, UNSEEN) and classes[j][2] > 5.0
+
+
 def test_the_profile_of_a_determined_parameter_is_a_parabola():
     fit = calibrated()
     j = fit.free.paths.index(CONICITY)
