@@ -16,8 +16,8 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.structure import pairs
 from railui.identification.structure.candidate_scores import run_score_test
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.evidence import ScoreResult
 from railui.identification.structure.pairs import projected_gram, score_pairs, select_shapes
+from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
 from tests.blind.simulated import simulated_campaign
 from tests.truth.effects import effect
@@ -42,7 +42,9 @@ def test_extrapolated_shapes_are_behind_those_scored_on_the_whole_part():
 
     def results(at: str, rho: tuple[float, float]) -> list[ScoreResult]:
         candidate = Candidate("cubic_stiffness", at, None)
-        return [ScoreResult(candidate, i, rho=r, amount=1.0, scores=np.full(12, r), norm=1.0) for i, r in enumerate(rho)]
+        return [
+            ScoreResult(candidate, i, rho=r, amount=1.0, scores=np.full(12, r), norm=1.0) for i, r in enumerate(rho)
+        ]
 
     whole = results("primary_lateral", (0.05, -0.02))
     part = [s.extrapolate(3.0, 36) for at in ("secondary_lateral", "wheelset_yaw") for s in results(at, (-0.1, 0.08))]
