@@ -5,6 +5,7 @@ Only the modules of this package import `railui._core`, and the other packages i
 
 from __future__ import annotations
 
+from railui._core import NoResultError
 from railui.core.batch import Batch, RideStatistics, ZeroPhaseFilter
 from railui.core.catalogue import (
     CURVE_KINDS,
@@ -19,7 +20,6 @@ from railui.core.catalogue import (
     effect_record,
     parameter_paths,
 )
-from railui.core.errors import NoResultError
 from railui.core.layout import (
     AccelerometerLayout,
     BodyLayout,

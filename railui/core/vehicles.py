@@ -13,7 +13,6 @@ from railui.arrays import ComplexArray, FloatArray
 from railui.core.alignment import kernel_array
 from railui.core.batch import Batch, RideStatistics, ZeroPhaseFilter
 from railui.core.catalogue import Placement
-from railui.core.errors import kernel_errors
 from railui.core.layout import Layout
 from railui.core.machine import resolve_thread_count
 from railui.core.numerics import matrix_eigenvalues
@@ -105,10 +104,7 @@ class Vehicles:
         filter_arguments = filter.kernel_arguments() if filter else None
         threads = resolve_thread_count(jobs)
         names = self.kernel_names(channels)
-        with kernel_errors():
-            flat, diverged = self._core.simulate(
-                batch, kernel_array(table), dt, steps, names, filter_arguments, threads
-            )
+        flat, diverged = self._core.simulate(batch, kernel_array(table), dt, steps, names, filter_arguments, threads)
         return flat.reshape(len(batch), len(channels), -1), np.array(diverged)
 
     def ride_statistics(
@@ -142,17 +138,16 @@ class Vehicles:
         wheelsets : int
         """
         arguments = (block, resolve_thread_count(jobs), wheelsets)
-        with kernel_errors():
-            displacement, rms, block_rms, diverged = self._core.score(
-                batch,
-                kernel_array(table),
-                dt,
-                steps,
-                list(channels),
-                kernel_array(clearance),
-                [kernel_array(cascade) for cascade in cascades],
-                *arguments,
-            )
+        displacement, rms, block_rms, diverged = self._core.score(
+            batch,
+            kernel_array(table),
+            dt,
+            steps,
+            list(channels),
+            kernel_array(clearance),
+            [kernel_array(cascade) for cascade in cascades],
+            *arguments,
+        )
         n, accelerations = len(batch), max(len(channels) - wheelsets, 0)
         return RideStatistics(
             displacement.reshape(n, min(wheelsets, len(channels)), 3),
@@ -163,8 +158,7 @@ class Vehicles:
 
     def form(self, batch: Batch, *, level: bool = False) -> str:
         """Return the form that the kernel's rate of change takes on a track with cross-level, or `level`."""
-        with kernel_errors():
-            return self._core.form(batch, level)
+        return self._core.form(batch, level)
 
     def structure_file(self, batch: Batch) -> str | None:
         """Return the file of `rust_core/structures` for the rows of these vehicles; None in forms without rows."""
@@ -199,16 +193,14 @@ class Vehicles:
         NoResultError
             Where a vehicle needs more than `limit`.
         """
-        with kernel_errors():
-            return self._core.steps(batch, (slowest, fastest), dt, damped_mode_step, limit)
+        return self._core.steps(batch, (slowest, fastest), dt, damped_mode_step, limit)
 
     def eigenvalues(self, batch: Batch, speed: float) -> ComplexArray:
         """Return the eigenvalues [vehicle, state] of the linear vehicles, largest real part first.
 
         NaN for a vehicle whose state matrix is not finite.
         """
-        with kernel_errors():
-            rows = self._core.eigenvalues(batch, speed)
+        rows = self._core.eigenvalues(batch, speed)
         if all(rows):
             return np.array([[complex(*z) for z in row] for row in rows])
         return np.array(
@@ -225,16 +217,14 @@ class Vehicles:
 
     def local_stiffness_and_damping(self, batch: Batch) -> dict[tuple[str, int], tuple[float, float]]:
         """Return (stiffness, damping) at every (location, wheelset or 0) of the first vehicle."""
-        with kernel_errors():
-            return self._core.sites(batch)
+        return self._core.sites(batch)
 
     def state_matrix(self, batch: Batch, speed: float) -> FloatArray:
         """Return A [vehicle, state, state] of x' = A x, the linear vehicles at a speed [m/s] without effects.
 
         x: the degrees of freedom, their velocities, then the forces of springs and dampers in series.
         """
-        with kernel_errors():
-            flat = self._core.state_matrix(batch, speed)
+        flat = self._core.state_matrix(batch, speed)
         size = round(float(np.sqrt(flat.size / len(batch))))
         return flat.reshape(len(batch), size, size)
 
@@ -243,8 +233,7 @@ class Vehicles:
 
         All effects are included, as a static solution and a linearisation require.
         """
-        with kernel_errors():
-            flat = self._core.rates(batch, kernel_array(row), kernel_array(states))
+        flat = self._core.rates(batch, kernel_array(row), kernel_array(states))
         return flat.reshape(len(batch), -1)
 
     def jacobians(self, batch: Batch, row: FloatArray) -> FloatArray:
@@ -252,20 +241,17 @@ class Vehicles:
 
         The kernel evaluates them by dual numbers. At a kink of a law the derivative is the mean of both sides.
         """
-        with kernel_errors():
-            flat = self._core.jacobians(batch, kernel_array(row))
+        flat = self._core.jacobians(batch, kernel_array(row))
         size = round(float(np.sqrt(flat.size / len(batch))))
         return flat.reshape(len(batch), size, size)
 
     def degrees_of_freedom(self, batch: Batch) -> list[str]:
         """Return the names of the degrees of freedom: y1, psi1, or y.frame, phi.body of multibody vehicles."""
-        with kernel_errors():
-            return self._core.freedoms(batch)
+        return self._core.freedoms(batch)
 
     def line_positions(self, batch: Batch) -> list[list[float]]:
         """Return the distances [m] of the positions of each vehicle behind its first wheelset, the middle last."""
-        with kernel_errors():
-            return self._core.positions(batch)
+        return self._core.positions(batch)
 
     def column_count(self) -> int:
         """Return the number of columns of the input table."""
@@ -290,15 +276,13 @@ class Vehicles:
             e, psi, Q_y, u_x of wheel 2, T_x1, T_x2, T_y1, T_y2 of the treads, friction times creepage
             at the flange [N].
         """
-        with kernel_errors():
-            forces, wheels = self._core.statics(batch, kernel_array(rows), kernel_array(curvature))
+        forces, wheels = self._core.statics(batch, kernel_array(rows), kernel_array(curvature))
         n = len(batch)
         return forces.reshape(n, -1), wheels.reshape(n, -1, 9)
 
     def inertias(self, batch: Batch) -> dict[str, float]:
         """Return masses and inertias of the first vehicle by degree of freedom, in their order."""
-        with kernel_errors():
-            return dict(self._core.bodies(batch))
+        return dict(self._core.bodies(batch))
 
     def kernel_names(self, channels: Sequence[str]) -> list[str]:
         """Return channels by the names of the kernel."""
@@ -306,10 +290,8 @@ class Vehicles:
 
     def channel_names(self, batch: Batch) -> list[str]:
         """Return the channels of the first vehicle; `state.K` and `rate.K` of its K-th state exist as well."""
-        with kernel_errors():
-            return self._core.channels(batch)
+        return self._core.channels(batch)
 
     def state_count(self, batch: Batch) -> int:
         """Return the number of states, including those of effects, which come last."""
-        with kernel_errors():
-            return self._core.states(batch)
+        return self._core.states(batch)

@@ -31,10 +31,19 @@ pub enum Error {
     Numbers { kind: String, got: usize },
     #[error("{what} is {value}, it must be {rule}")]
     Value { what: String, value: f64, rule: &'static str },
+    #[error("{what} is {value}, it must be {rule}")]
+    VehicleNumber { what: String, value: f64, rule: &'static str },
     #[error("the fastest motion needs {} steps per sample of {dt} s, {limit} are allowed; {remedy}", count(*.needed))]
     Stiff { needed: f64, dt: f64, limit: usize, remedy: &'static str },
     #[error("interrupted")]
     Interrupted,
+}
+
+impl Error {
+    /// True for an error of the numbers of a vehicle: a vehicle of the same structure may have a result.
+    pub fn is_of_vehicle_numbers(&self) -> bool {
+        matches!(self, Error::VehicleNumber { .. } | Error::Stiff { .. })
+    }
 }
 
 /// Result of the kernel, or its error.

@@ -26,10 +26,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, mpsc};
 use std::time::Duration;
 
+pyo3::create_exception!(
+    railui._core,
+    NoResultError,
+    PyValueError,
+    "Numbers of a vehicle for which an analysis has no result: the vehicle fails, not the program."
+);
+
 /// Error of the kernel as an exception of Python.
 fn to_py_error(error: Error) -> PyErr {
     match error {
         Error::Interrupted => PyKeyboardInterrupt::new_err("interrupted"),
+        other if other.is_of_vehicle_numbers() => NoResultError::new_err(other.to_string()),
         other => PyValueError::new_err(other.to_string()),
     }
 }
@@ -570,6 +578,7 @@ impl Vehicle {
 
 #[pymodule]
 fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("NoResultError", m.py().get_type::<NoResultError>())?;
     m.add_class::<Vehicle>()?;
     m.add_class::<series::Spline>()?;
     m.add_function(wrap_pyfunction!(series::passed, m)?)?;

@@ -158,7 +158,7 @@ impl Assembly {
         let Some(i) = self.mass.iter().position(|m| m.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater)) else {
             return Ok(());
         };
-        Err(Error::Value { what: format!("mass of {}", self.dofs[i]), value: self.mass[i], rule: "positive" })
+        Err(Error::VehicleNumber { what: format!("mass of {}", self.dofs[i]), value: self.mass[i], rule: "positive" })
     }
 
     /// A spring between the bodies of a row.

@@ -102,7 +102,7 @@ impl VehicleKind {
         let names = self.parameters();
         expect_len(&format!("numbers of a {kind}"), p.len(), names.len())?;
         match names.iter().zip(p).find(|(_, value)| !value.is_finite()) {
-            Some((name, value)) => Err(Error::Value { what: (*name).into(), value: *value, rule: "finite" }),
+            Some((name, value)) => Err(Error::VehicleNumber { what: (*name).into(), value: *value, rule: "finite" }),
             None => Ok(p),
         }
     }

@@ -100,14 +100,16 @@ impl Structure {
                 return Err(Error::Numbers { kind: law.record().key.into(), got: *count });
             }
             if let Some(nan) = one.effects[begin..begin + count].iter().find(|number| number.is_nan()) {
-                return Err(Error::Value { what: law.record().key.into(), value: *nan, rule: "a number" });
+                return Err(Error::VehicleNumber { what: law.record().key.into(), value: *nan, rule: "a number" });
             }
             begin += count;
         }
         match one.numbers.iter().position(|number| !number.is_finite()) {
-            Some(i) if self.kind.layout().is_some() => {
-                Err(Error::Value { what: format!("number {i} of the vehicle"), value: one.numbers[i], rule: "finite" })
-            }
+            Some(i) if self.kind.layout().is_some() => Err(Error::VehicleNumber {
+                what: format!("number {i} of the vehicle"),
+                value: one.numbers[i],
+                rule: "finite",
+            }),
             _ => Ok(()),
         }
     }
