@@ -22,7 +22,7 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.settings.declaration import Setting
 from railui.campaign.settings.loop_settings import SETTINGS, LoopSettings
-from railui.identification import loop
+from railui.identification import base_model
 from railui.identification.events import ModelValidated
 from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
@@ -151,8 +151,8 @@ def run_with(dataset: Dataset, reference: Reference, setting: Setting, value: fl
     result = reference.result
     with pytest.MonkeyPatch.context() as patch:
         if setting.name not in reference.read_by_calibration:
-            patch.setattr(loop, "calibrate", lambda context: result.before)
-            patch.setattr(loop, "refit_hunting", lambda context, before: (before, result.windowed))
+            patch.setattr(base_model, "calibrate", lambda context: result.before)
+            patch.setattr(base_model, "refit_hunting", lambda context, before: (before, result.windowed))
         return _run(with_settings(dataset, settings))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import railui
-from railui.identification import loop as loop_module
+from railui.identification import base_model
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate, fit_without_iteration, stable_start
 from railui.identification.estimation.multiple_shooting import max_growth_rate, refit_hunting
@@ -72,9 +72,9 @@ def test_a_failed_calibration_is_replaced_by_a_model_with_its_own_validation(mon
     context = context_of(with_conicity(0.4))
     start = stable_start(context)
     nominal = validate(context, context.nominal, context.dataset.selection)
-    monkeypatch.setattr(loop_module, "has_failed", lambda *a: True)
-    monkeypatch.setattr(loop_module, "retry_failed_fit", lambda c, fit, n, v: (fit, None, v))
-    base = loop_module._calibrated_base(context, nominal)
+    monkeypatch.setattr(base_model, "has_failed", lambda *a: True)
+    monkeypatch.setattr(base_model, "retry_failed_fit", lambda c, fit, n, v: (fit, None, v))
+    base = base_model.calibrated_base(context, nominal)
     own = validate(context, base.fit.model, context.dataset.selection)
     assert base.is_failed and start is not context.nominal and np.array_equal(base.fit.model.row, start.row)
     assert base.validation.nrmse == pytest.approx(own.nrmse, rel=1e-12) and np.isfinite(own.nrmse)

@@ -11,11 +11,12 @@ import pytest
 from railui import core
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
-from railui.identification import loop
+from railui.identification import conclusion
 from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.equation_error import EquationError
 from railui.identification.estimation.validation import validate
+from railui.identification.loop import close_loop
 from railui.identification.unmodelled import sensitive_motion
 from railui.identification.unmodelled.sensitive_motion import difference_growth, find_sensitive_motion
 from railui.report.loop.data import loop_report
@@ -111,8 +112,8 @@ def test_the_law_of_a_chaotic_rig_is_not_reported_as_outside_the_library(
         few = replace(context, excluded=frozenset(kinds - {"cubic_stiffness", "quadratic_damper", "bump_stop"}))
         return find_sensitive_motion(few, fit, validation)
 
-    monkeypatch.setattr(loop, "find_sensitive_motion", find)
-    result = loop.close_loop(data, without=kinds, jobs=1)
+    monkeypatch.setattr(conclusion, "find_sensitive_motion", find)
+    result = close_loop(data, without=kinds, jobs=1)
     assert result.verdict == "outside" and result.validations["after"].nrmse > 0.7
     assert result.sensitive_motion is not None
     effect = result.sensitive_motion.effect
