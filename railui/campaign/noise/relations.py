@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from railui.arrays import ComplexArray, FloatArray
 from railui.campaign.noise.bounds import incoherent_power, track_inputs
@@ -30,6 +31,8 @@ MIN_LINE = 1.9  # lowest line used of a window: the first contains leakage of sl
 TAPER_SECONDS = 2.0  # at both ends of a record, left out of the spectra
 ROLL_OFF = 1.25  # upper end of the roll-off of a derivative over the highest frequency used
 FOLLOWED_BAND = (0.8, 6.0)  # Hz, where motions are far above their noise
+SPEED_RATIO = 1.2  # of the highest to the lowest speed of windows with one mean spectrum; a noise off by 1 %
+MIN_SPEED = 1.0  # m/s, below which windows are of one speed
 MIN_SINGULAR_VALUE = 1e-9
 RAILS = "rails"  # noise of the track columns under the wheelset, y_w + r phi_w
 
@@ -67,7 +70,7 @@ def _rows_of_wheelsets(count: int) -> dict[str, _Row]:
 
 @dataclass(frozen=True, eq=False)
 class RelationSpectra:
-    """Cross spectra of the relations of a record.
+    """Cross spectra of the relations of a record, in its windows of one speed.
 
     Attributes
     ----------
@@ -80,7 +83,7 @@ class RelationSpectra:
     averages
         Independent windows behind a density.
     dt, speed
-        Interval [s] and mean speed [m/s].
+        Interval [s] and mean speed [m/s] of the windows.
     """
 
     frequencies: FloatArray
@@ -96,6 +99,8 @@ def relation_spectra(
 ) -> list[RelationSpectra]:
     """Compute the spectra of all relations that the channels of each record satisfy; records without any left out.
 
+    A record has one for each speed, on which the noise of the rails under the wheelsets depends.
+
     geometry: of the wheelsets on the track.
     """
     spectra = []
@@ -107,7 +112,7 @@ def relation_spectra(
             series = {c: _acceleration(record, geometry, c, row.order, highest) for c, row in rows.items()}
             names = _usable_channels(record, series, rows, geometry, settings)
             if names:
-                spectra.append(_spectra(record, geometry, {c: rows[c] for c in names}, series, band))
+                spectra += _spectra(record, geometry, {c: rows[c] for c in names}, series, band)
     return spectra
 
 
@@ -117,26 +122,51 @@ def _spectra(
     rows: Mapping[str, _Row],
     series: Mapping[str, FloatArray],
     band: tuple[float, float] | None,
-) -> RelationSpectra:
+) -> list[RelationSpectra]:
     low, high = band_limits(band, record.dt)
     names = list(rows)
     _, null = _bases(names, rows)
     relations = null.T @ np.stack([series[c] for c in names])
-    cut = round(TAPER_SECONDS / record.dt)
-    f, density, averages = _cross_spectra(relations[:, cut : relations.shape[1] - cut], record.dt)
+    samples = slice(cut := round(TAPER_SECONDS / record.dt), relations.shape[1] - cut)
+    f, parts = _transforms(relations[:, samples], record.dt)
     used = (f >= max(low, MIN_LINE / WINDOW_SECONDS)) & (f <= high)
     f, w = f[used], 2.0 * np.pi * f[used]
     gains: dict[str, ComplexArray] = {
         c: (w[:, None] ** row.order * null[names.index(c)]).astype(complex) for c, row in rows.items()
     }
-    rails = np.zeros((len(f), null.shape[1]), dtype=complex)
+    spectra = []
+    for speed, of_speed in _windows_by_speed(record, samples, len(parts)):
+        rails = _rails_gains(gains, geometry, w, speed)
+        all_gains = gains | ({RAILS: rails} if np.any(rails) else {})
+        density, averages = _mean_density(parts[of_speed], record.dt)
+        spectra.append(RelationSpectra(f, density[used], all_gains, averages, record.dt, speed))
+    return spectra
+
+
+def _rails_gains(
+    gains: Mapping[str, ComplexArray], geometry: TrackGeometry, w: FloatArray, speed: float
+) -> ComplexArray:
+    """Amplitudes [F, relation] of noise of the rails, which each wheelset meets later than the first."""
+    rails = np.zeros_like(next(iter(gains.values())))
     for number, behind in enumerate(geometry.distances, 1):
-        if (c := f"e{number}") in rows:
-            lag = behind / record.mean_speed
-            rails += gains[c] * np.exp(-1j * w * lag)[:, None]
-    if np.any(rails):
-        gains[RAILS] = rails
-    return RelationSpectra(f, density[used], gains, averages, record.dt, record.mean_speed)
+        if (c := f"e{number}") in gains:
+            rails += gains[c] * np.exp(-1j * w * behind / speed)[:, None]
+    return rails
+
+
+def _windows_by_speed(record: Record, samples: slice, count: int) -> list[tuple[float, NDArray[np.intp]]]:
+    """Speeds [m/s], each with the indices of the windows of a record that have it; one where it varies little."""
+    length = round(WINDOW_SECONDS / record.dt)
+    v = record.columns["v"][samples]
+    means = [np.mean(v[k : k + length]) for k in (length // 2) * np.arange(count)]
+    speeds = np.maximum(means, MIN_SPEED)
+    classes = max(int(np.ceil(np.log(speeds.max() / speeds.min()) / np.log(SPEED_RATIO))), 1)
+    if classes == 1:
+        return [(record.mean_speed, np.arange(count))]
+    share = np.log(speeds / speeds.min()) / np.log(speeds.max() / speeds.min())
+    number = np.minimum((classes * share).astype(int), classes - 1)
+    groups = [np.flatnonzero(number == k) for k in np.unique(number)]
+    return [(float(np.mean(speeds[group])), group) for group in groups]
 
 
 def _acceleration(record: Record, geometry: TrackGeometry, channel: str, order: int, highest: float) -> FloatArray:
@@ -207,11 +237,17 @@ def _following_share(
     return max(0.0 if p is None else 1.0 - p[0] / max(p[1], 1e-300) for p in powers)
 
 
-def _cross_spectra(series: FloatArray, dt: float) -> tuple[FloatArray, ComplexArray, float]:
-    """Frequencies [Hz], one-sided densities [F, series, series] and the number of independent windows."""
+def _transforms(series: FloatArray, dt: float) -> tuple[FloatArray, ComplexArray]:
+    """Frequencies [Hz] and transforms [window, series, F] of half-overlapping windows."""
     length = round(WINDOW_SECONDS / dt)
     window = hann(length)
     starts = range(0, series.shape[1] - length + 1, length // 2)
     parts = np.stack([np.fft.rfft(detrend(series[:, k : k + length]) * window) for k in starts])
+    return np.asarray(np.fft.rfftfreq(length, dt)), np.asarray(parts)
+
+
+def _mean_density(parts: ComplexArray, dt: float) -> tuple[ComplexArray, float]:
+    """One-sided densities [F, series, series] of windows, and how many of these are independent."""
+    window = hann(round(WINDOW_SECONDS / dt))
     density = 2.0 * dt / float(window @ window) * np.einsum("kif,kjf->fij", parts, parts.conj()) / len(parts)
-    return np.asarray(np.fft.rfftfreq(length, dt)), np.asarray(density), 0.95 * len(parts)
+    return np.asarray(density), 0.95 * len(parts)
