@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.faults.diagnose import diagnose
-from railui.campaign.faults.fault import Diagnosis
+from railui.campaign.faults.fault import Diagnosis, Fault
 from tests.blind.cases import EFFECTS_NOT_IN_LIBRARY, STRONG, library_entries, planted_effect
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import Effect
@@ -118,6 +118,21 @@ def with_hum(channel: str, frequency: float, share: float) -> Plant:
     return plant
 
 
+def noisy(channel: str, sd: float) -> Plant:
+    return lambda c, rng: {**c, channel: c[channel] + sd * rng.standard_normal(len(c["t"]))} if channel in c else c
+
+
+def partly(plant: Plant, first: float, last: float) -> Plant:
+    """Plant a fault between two shares of the samples only."""
+
+    def plant_partly(c: Columns, rng: np.random.Generator) -> Columns:
+        whole, n = plant(c, rng), len(c["t"])
+        is_faulty = (np.arange(n) >= first * n) & (np.arange(n) < last * n)
+        return {k: np.where(is_faulty, whole[k], x) for k, x in c.items()}
+
+    return plant_partly
+
+
 INERTIAL = ("ay1", "ay2", "ayf", "rf")
 TRACK = ("yw", "phiw", "gauge")
 SINGLE_FAULTS = [
@@ -153,6 +168,15 @@ SINGLE_FAULTS = [
     PlantedFault("hum", ("ayf",), "50 Hz", with_hum("ayf", 50.03, 0.5)),
     PlantedFault("hum", ("d1",), "16.7 Hz", with_hum("d1", 16.68, 0.5)),
 ]
+INTERMITTENT_FAULTS = [
+    *(
+        PlantedFault("intermittent", (c,), "x 0.5 in the middle 40 %", partly(scaled(c, gain=0.5), 0.3, 0.7))
+        for c in ("e1", "ay1", "ayf", "rf", "d2")
+    ),
+    PlantedFault("intermittent", ("ay2",), "x 0.1 in the last third", partly(scaled("ay2", gain=0.1), 0.67, 1.0)),
+    PlantedFault("intermittent", ("ay1",), "6 times the noise in 40 %", partly(noisy("ay1", 0.3), 0.2, 0.6)),
+    PlantedFault("intermittent", ("e2",), "6 times the noise in 40 %", partly(noisy("e2", 3e-4), 0.2, 0.6)),
+]
 
 
 def fault_pairs(count: int, seed: int) -> list[tuple[PlantedFault, PlantedFault]]:
@@ -182,7 +206,7 @@ def with_faults(
 def outcome(diagnosis: Diagnosis, planted: Sequence[PlantedFault]) -> str:
     """Classify a diagnosis: found, ambiguous, partly found, missed or wrong channel."""
     expected = {(f.kind, frozenset(f.channels)) for f in planted}
-    named = {(f.kind, frozenset(f.channels)): f for f in diagnosis.serious}
+    named = {_named(f, planted): f for f in diagnosis.serious}
     if set(named) == expected:
         return "ambiguous" if any(f.alternatives for f in named.values()) else "found"
     if set(named) < expected:
@@ -191,6 +215,14 @@ def outcome(diagnosis: Diagnosis, planted: Sequence[PlantedFault]) -> str:
     true_channels |= set(TRACK) if "track" in true_channels else set()
     named_channels = {c for f in diagnosis.serious for c in f.channels}
     return "correct channel, other kind" if named_channels <= true_channels | {"track"} else "wrong channel"
+
+
+def _named(fault: Fault, planted: Sequence[PlantedFault]) -> tuple[str, frozenset[str]]:
+    """Kind and channels of a fault; of a planted one that an intermittent fault has as its alternative."""
+    for p in planted if fault.kind == "intermittent" else ():
+        if p.kind == fault.kind and any(f"{{{p.channels[0]}: {{leave_out" in line for line in fault.alternatives):
+            return p.kind, frozenset(p.channels)
+    return fault.kind, frozenset(fault.channels)
 
 
 @dataclass
@@ -317,7 +349,7 @@ def planted_rows(pairs: int, campaigns: int) -> list[Row]:
     rows: list[Row] = []
     for i, (name, dataset) in enumerate(planted_campaigns(campaigns)):
         for channels in list(CHANNEL_SETS) if i == 0 else list(CHANNEL_SETS)[:1]:
-            for fault in SINGLE_FAULTS:
+            for fault in (*SINGLE_FAULTS, *INTERMITTENT_FAULTS):
                 if not set(fault.channels) & set(CHANNEL_SETS[channels]):
                     rows.append(examine(name, dataset, (fault,), channels))
                     print(rows[-1], flush=True)

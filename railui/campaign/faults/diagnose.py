@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from railui.campaign.dataset import Dataset
 from railui.campaign.faults.cross_level import has_reversed_cross_level
 from railui.campaign.faults.fault import Diagnosis, Fault, ordered
 from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
+from railui.campaign.faults.intermittent import fault_of_part, find_intermittent_fault
 from railui.campaign.faults.merge import hypothesis_fault, merged_faults
 from railui.campaign.faults.nominal import ModelAgreement, compare_with_nominal, contradicted
 from railui.campaign.faults.response import (
@@ -46,7 +47,8 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
     """Find the smallest set of faulty channels that explains all contradictions of the data.
 
     The kinematic relations between the channels decide, which hold for any vehicle; samples of single channels show
-    clipping, dropouts and hum; where no relation includes the track, the response of the vehicle to it decides.
+    clipping, dropouts and hum; where no relation includes the track, the response of the vehicle to it decides. A
+    channel that contradicts the others during a part of a run is left out of all later comparisons of that run.
 
     Parameters
     ----------
@@ -70,13 +72,12 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
     usable = [_without(s, unusable) for s in dataset.segments]
     runs = {e.name: [s for s in usable if s.file == e.name] for e in dataset.campaign.runs}
     runs = {name: segments for name, segments in runs.items() if segments and segments[0].channels}
-    searches = {
-        name: FaultSearch(settings, _transform(dataset, segments), _has_units(dataset), _rms(segments))
-        for name, segments in runs.items()
-    }
-    found = zip(searches, map_threads(FaultSearch.find, list(searches.values()), jobs), strict=True)
-    faults = merged_faults(dict(found), searches, settings)
-    faults = [_unresolved(f, searches) for f in faults]
+    faults = _faults_by_relations(dataset, runs, jobs)
+    intermittent = _intermittent_faults(dataset, runs, faults)
+    if any(f.serious for f in intermittent):
+        runs = {name: _without_faulty(segments, name, intermittent) for name, segments in runs.items()}
+        means = {(*f.channels, *f.files) for f in intermittent}  # over the whole run, of a track column
+        faults = [f for f in _faults_by_relations(dataset, runs, jobs) if (*f.channels, *f.files) not in means]
     if is_on_track:
         faults += _faults_by_response(dataset, runs, faults, jobs)
         faults += _faults_against_model(dataset, runs, faults)
@@ -84,7 +85,44 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
     else:
         faults = faults_of_rig(dataset, runs, faults)
     # only reading applies a named unit, each search needs its gain
-    return ordered([_with_named_unit(fault, dataset) for fault in (*faults, *waveform)])
+    return ordered([_with_named_unit(fault, dataset) for fault in (*faults, *intermittent, *waveform)])
+
+
+def _faults_by_relations(dataset: Dataset, runs: Mapping[str, Sequence[Segment]], jobs: int | None) -> list[Fault]:
+    """Find the faults by the kinematic relations between the channels."""
+    settings = dataset.campaign.settings.faults
+    searches = {
+        name: FaultSearch(settings, _transform(dataset, segments), _has_units(dataset), _rms(segments))
+        for name, segments in runs.items()
+    }
+    found = zip(searches, map_threads(FaultSearch.find, list(searches.values()), jobs), strict=True)
+    return [_unresolved(f, searches) for f in merged_faults(dict(found), searches, settings)]
+
+
+def _intermittent_faults(
+    dataset: Dataset, runs: Mapping[str, Sequence[Segment]], faults: Sequence[Fault]
+) -> list[Fault]:
+    """Find the faults during a part of a run, one channel after another, with the other faults corrected."""
+    settings, corrections = dataset.campaign.settings.faults, ordered(faults).corrections
+    intermittent: list[Fault] = []
+    for name, segments in runs.items():
+        remaining = list(segments)
+        while len(intermittent) < settings.max_faults * len(runs):
+            spectra = _transform(dataset, remaining)(corrections)
+            found = None if spectra is None else find_intermittent_fault(spectra, settings, len(runs))
+            if found is None:
+                break
+            intermittent.append(fault_of_part(found, name, float(remaining[0].columns["t"][0]), settings))
+            if found.channel in TRACK_COLUMNS:
+                break
+            remaining = [_without(s, {found.channel}) for s in remaining]
+    return intermittent
+
+
+def _without_faulty(segments: Sequence[Segment], run: str, faults: Sequence[Fault]) -> list[Segment]:
+    """Return the segments of a run without responses that have a serious fault there."""
+    faulty = {f.channels[0] for f in faults if f.serious and run in f.files and f.channels[0] not in TRACK_COLUMNS}
+    return [_without(s, faulty) for s in segments]
 
 
 def _implausible_speed(dataset: Dataset) -> Fault | None:

@@ -19,8 +19,8 @@ class Fault:
     Attributes
     ----------
     kind
-        sign, unit, gain, delay, clock, track_offset, exchanged, gravity, clipping, dropouts, hum; of a rig also
-        absolute (acceleration), input (absent) or duration.
+        sign, unit, gain, delay, clock, track_offset, exchanged, gravity, clipping, dropouts, hum, intermittent; of a
+        rig also absolute (acceleration), input (absent) or duration.
     value, sd, unit
         Size of the fault with its standard deviation; None where it has none.
     files
@@ -33,6 +33,8 @@ class Fault:
         YAML lines of other corrections that explain the data equally well.
     remedy
         Measure outside the campaign file; empty if there is none beyond the usual ones.
+    interval
+        Start and end [s] of a fault during a part of a run; None: the whole run.
     """
 
     kind: str
@@ -46,6 +48,7 @@ class Fault:
     corrections: Corrections = NO_CORRECTIONS
     alternatives: tuple[str, ...] = ()
     remedy: str = ""
+    interval: tuple[float, float] | None = None
 
     @property
     def yaml(self) -> str | None:
@@ -62,7 +65,9 @@ class Fault:
         check = {"delay": "clock", "unit": "gain"}.get(self.kind, self.kind)
         value = 0.0 if self.value is None else self.value
         text = f"{self.text}: {self.remedy}" if self.remedy else self.text
-        return Finding(check, ", ".join(self.files), ", ".join(self.channels), value, self.unit, text, self.serious)
+        start, end = self.interval or (None, None)
+        files, channels = ", ".join(self.files), ", ".join(self.channels)
+        return Finding(check, files, channels, value, self.unit, text, self.serious, start, end)
 
 
 @dataclass(frozen=True)

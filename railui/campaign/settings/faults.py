@@ -220,6 +220,33 @@ class FaultSettings:
         meaning="Share of the power of a drive at multiples of its strongest line from which it is periodic.",
         provenance="derived: 1 for sines and triangles; some 0.05 for broad-band drives",
     )
+    intermittent_contrast: float = setting(
+        2.0,
+        minimum=1.0,
+        meaning="Disagreement of a channel with the others in four of five windows of an interval over that in four of "
+        "five other windows, as a power, from which it has a fault during a part of the run.",
+        provenance="trial: at most 1.5 in 700 sound simulated and measured runs; 4.6 to 1000 with a gain of 0.8, "
+        "2.9 to 9 with five times the noise where four relations hold",
+    )
+    intermittent_level: float = setting(
+        1e-3,
+        maximum=1.0,
+        meaning="Probability, over all channels, runs and intervals, of such a difference by chance.",
+        provenance="conventional: family-wise level, by Bonferroni's inequality",
+    )
+    max_restored_ratio: float = setting(
+        1.6,
+        minimum=1.0,
+        meaning="Disagreement of the other channels in that interval over that outside, up to which they agree there.",
+        provenance="trial: at most 1.2 without the faulty channel",
+    )
+    serious_intermittent_ratio: float = setting(
+        6.0,
+        minimum=1.0,
+        meaning="Disagreement of a channel in an interval over that outside, as a power, from which it is not fit for "
+        "use.",
+        provenance="derived: some 2.5 times the noise",
+    )
     min_unit_decades: int = setting(
         2,
         minimum=1,
