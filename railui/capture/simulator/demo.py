@@ -9,6 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.capture.protocol.frames import Channel
+from railui.core import Spline
 from railui.track.line_geometry import GRAVITY
 
 # unit of each sensor, resolution of its 16 bits, standard deviation of its noise [both in that unit]
@@ -67,6 +68,7 @@ def simulate_sensors(
     b = geometry.half_gauge
     trailing = np.maximum(s - 2 * geometry.half_wheelbase, s[0])
     phiw2, gauge2 = (np.interp(trailing, s, motion[name]) for name in ("phiw", "gauge"))
+    time = np.arange(s.size) / rate
     roll1 = motion["phiw"] - geometry.roll[0] * motion["e1"] / b
     roll2 = phiw2 - geometry.roll[1] * motion["e2"] / b
     clean = {
@@ -75,7 +77,7 @@ def simulate_sensors(
         "box2_y": motion["ay2"] - GRAVITY * roll2,
         "frame_y": motion["ayf"] - GRAVITY * 0.5 * (motion["phiw"] + phiw2),
         "frame_yaw": motion["rf"],
-        "box1_roll": np.gradient(roll1, 1.0 / rate),
+        "box1_roll": Spline(time, roll1)(time, 1),  # central differences are 1.6 % too small at 10 Hz
         "rail1_right": 1e3 * (motion["e1"] - motion["gauge"] / 2),
         "rail1_left": 1e3 * (motion["e1"] + motion["gauge"] / 2),
         "rail2_right": 1e3 * (motion["e2"] - gauge2 / 2),
