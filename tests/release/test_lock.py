@@ -89,7 +89,8 @@ def test_the_makefile_installs_only_by_hash_or_without_dependencies() -> None:
 
 
 def test_crates_are_compiled_in_the_locked_versions() -> None:
-    lines = re.findall(r"^\s*cargo (?:test|clippy|build|check) .*", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    pattern = r"^\s*(?:cargo|\$\(CARGO\)) (?:test|clippy|build|check) .*"
+    lines = re.findall(pattern, (ROOT / "Makefile").read_text(), re.MULTILINE)
     assert len(lines) > 2 and [line for line in lines if "--locked" not in line] == []
     assert PYPROJECT["tool"]["maturin"]["locked"] is True
 

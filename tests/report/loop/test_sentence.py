@@ -143,7 +143,7 @@ def test_a_variation_beside_an_effect_has_its_share_of_the_remainder() -> None:
     left = Remainder(0.058, 0.3, True, True, ("quadratic_damper", "rig", None), "rig")
     drift = SimpleNamespace(path="vehicle.rig.stiffness", share=0.772)
     rest = discrepancy("rig", None, located=True)
-    rest.drift, rest.against = drift, "t"
+    rest.drift, rest.curve = drift, SimpleNamespace(against="t")
     text = sentence(result("effect", PLAY, ratio=3.0, remainder=left, share=0.94, discrepancy=rest))
     assert text.endswith(
         "Of the remainder (5.8 % of the error beyond noise) a variation of vehicle.rig.stiffness with time explains "
