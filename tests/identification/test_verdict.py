@@ -57,6 +57,12 @@ def diverged() -> Validation:
     return Validation({}, float("nan"), (), (("run_b.csv", 3.0),), np.full(2, np.nan))
 
 
+def test_a_remainder_names_nothing_that_was_not_found():
+    remainder = Remainder(0.0, 0.0, coherent=False, structured=False)
+    assert (remainder.candidate, remainder.at, remainder.wheelset, remainder.surface) == (None, None, None, None)
+    assert remainder.vibration is None
+
+
 def test_the_share_explained_is_that_of_the_error_beyond_noise():
     explained = explained_share(validation(0.05, 0.05), validation(0.02, 0.02), floor(0.1))
     assert explained is not None

@@ -68,7 +68,7 @@ def whole_change(fit: Fit, point: HeldPoint) -> FloatArray:
 
 def held_parameters(fit: Fit, settings: IdentifiabilitySettings) -> list[int]:
     """Indices of parameters that only a prior determines, and on which another estimate depends."""
-    sd = np.maximum(fit.sd, 1e-300)
+    sd = np.maximum(fit.sd, 1e-150)  # its square is no zero
     correlation = np.abs(fit.covariance) / np.outer(sd, sd)
     is_held = sd > settings.unseen_prior_share * fit.free.prior_sd
     is_fixed = is_held | fit.free.are_on_bound(fit.x)

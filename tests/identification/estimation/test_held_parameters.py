@@ -50,6 +50,16 @@ def test_the_spin_creep_is_held_by_its_prior():
     assert [fit.free.paths[j] for j in held_parameters(fit, context.settings.identifiability)] == [SPIN]
 
 
+@pytest.mark.filterwarnings("error")
+def test_parameters_without_any_spread_are_correlated_with_none():
+    context, fit = calibrated()
+    settings = context.settings.identifiability
+    fixed = [j for j in range(len(fit.x)) if j not in held_parameters(fit, settings)][:2]
+    covariance = fit.covariance.copy()
+    covariance[fixed], covariance[:, fixed] = 0.0, 0.0
+    assert [fit.free.paths[j] for j in held_parameters(replace(fit, given_covariance=covariance), settings)] == [SPIN]
+
+
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_the_gravitational_stiffness_follows_the_spin_creep_as_the_equation_of_motion_says(side: float):
     context, fit = calibrated()
