@@ -170,7 +170,8 @@ class _Valley:
         fixed = np.where(moves.is_moved, FIXED_PRECISION, 0.0)[:, :, None] * np.eye(len(fit.x))
         for damping in DAMPINGS:
             damped = matrices + fixed + damping * np.eye(len(fit.x))
-            yield unit * np.linalg.solve(damped, (unit * scores)[:, :, None])[:, :, 0]
+            # not solved: where the motion grows from a point, the matrix may be singular in rounding
+            yield unit * (np.linalg.pinv(damped, hermitian=True) @ (unit * scores)[:, :, None])[:, :, 0]
 
     def _products(
         self,

@@ -269,10 +269,20 @@ def _start_correction(context: Context, model: Model, target: FitSegment) -> tup
     if target.sensitivity_steps != target.steps:
         simulated = _simulate_from_start(model, target)
     gram = np.tensordot(rows, rows, ([1, 2], [1, 2]))
-    inverse = np.asarray(np.linalg.inv(gram + np.eye(len(rows))), dtype=np.float64)
-    is_free = target.segment.is_rig and not target.is_window
+    is_rig = target.segment.is_rig
+    inverse = _inverse_with_usual_motions(gram, is_rig=is_rig)
+    is_free = is_rig and not target.is_window
     sensitivity = InitialStateSensitivity(rows, inverse, scaled_inverse(gram) if is_free else inverse)
     return sensitivity, np.asarray(scale * sensitivity.estimate(target.measured - simulated))
+
+
+def _inverse_with_usual_motions(gram: FloatArray, *, is_rig: bool) -> FloatArray:
+    """Inverse [state, state] of products of sensitivities and a ridge of usual motions.
+
+    The motion of a rig may grow so far in a trial of the fit that the ridge is lost in rounding.
+    """
+    with_ridge = gram + np.eye(len(gram))
+    return scaled_inverse(with_ridge) if is_rig else np.asarray(np.linalg.inv(with_ridge), dtype=np.float64)
 
 
 def sensitivities_to_start(model: Model, target: FitSegment, scale: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate, with_phases
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
+from railui.identification.estimation.problem import _inverse_with_usual_motions
 from railui.identification.loop import close_loop
 from railui.identification.prediction import Predictor
 from railui.identification.structure.candidate_scores import score_test
@@ -157,6 +158,12 @@ def noise_result(rng: np.random.Generator, candidate: Candidate, where: np.ndarr
         quadrature_scores=quadrature,
         segment_of_block=where,
     )
+
+
+def test_a_motion_of_a_rig_that_grows_leaves_an_inverse_in_rounding():
+    rows = 1e20 * np.ones((2, 3))
+    inverse = _inverse_with_usual_motions(rows @ rows.T, is_rig=True)
+    np.testing.assert_allclose(inverse @ (rows @ rows.T) @ [1.0, 1.0], [1.0, 1.0], rtol=1e-9)
 
 
 def test_a_nominal_run_out_is_fitted_with_a_phase_per_run():
