@@ -36,7 +36,7 @@ TESTS = {
     "railui/identification/verdict.py": ["tests/identification/test_verdict.py"],
     "railui/identification/structure/family_wise_test.py": ["tests/identification/structure/test_family_wise_test.py"],
     "railui/identification/structure/score_result.py": ["tests/identification/structure/test_family_wise_test.py"],
-    "railui/identification/structure/student.py": ["tests/identification/structure/test_family_wise_test.py"],
+    "railui/identification/structure/student.py": ["tests/identification/structure/test_student.py"],
     "railui/ride_quality/score.py": ["tests/ride_quality/test_score.py"],
     "railui/capture/protocol/wire.py": ["tests/capture/protocol/test_wire.py"],
 }
