@@ -113,7 +113,7 @@ class ScoreResult(BlockScore):
 
     candidate: Candidate
     shape: int
-    is_extrapolated: bool = field(default=False, repr=False)
+    is_extrapolated: bool = False
 
     @property
     def is_one_sided(self) -> bool:

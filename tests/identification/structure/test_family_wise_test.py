@@ -11,8 +11,8 @@ from scipy import stats
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.family_wise_test import family_wise_test
-from railui.identification.structure.score_result import ScoreResult
+from railui.identification.structure.family_wise_test import family_wise_p, family_wise_test
+from railui.identification.structure.score_result import BlockScore, ScoreResult
 from railui.identification.structure.student import as_normal, from_normal, noncentrality
 
 CUBIC = Candidate("cubic_stiffness", "primary_lateral", None)
@@ -249,3 +249,15 @@ def test_noise_may_choose_the_phases_of_a_periodic_effect():
     p, critical = family_wise_test(results, FEW_DRAWS, 2)
     assert critical == pytest.approx(np.quantile(highest, 1 - FEW_DRAWS.significance_level))
     assert p == pytest.approx((1 + (highest >= max(map(size, results))).sum()) / 101)
+
+
+def test_a_score_of_no_candidate_has_two_signs():
+    score = BlockScore(rho=-0.5, amount=-1.2, scores=SCORES, norm=10.0)
+    assert not score.is_one_sided
+    assert family_wise_p(np.array([0.5, 1e9]), [replace(score, scores=-np.abs(SCORES))]) == pytest.approx(2 / 3)
+
+
+def test_an_extrapolated_result_says_so():
+    result = ScoreResult(CUBIC, 0, rho=0.5, amount=1.2, scores=SCORES, norm=10.0)
+    assert result.is_extrapolated is False
+    assert result.extrapolate(2.0, 2 * len(SCORES)).is_extrapolated is True
