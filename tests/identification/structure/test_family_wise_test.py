@@ -11,7 +11,7 @@ from scipy import stats
 from railui.arrays import FloatArray
 from railui.campaign.settings.detection import ScoreTestSettings
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.family_wise_test import family_wise_p, family_wise_test
+from railui.identification.structure.family_wise_test import SIX_POINTS, family_wise_p, family_wise_test
 from railui.identification.structure.score_result import BlockScore, ScoreResult
 from railui.identification.structure.student import as_normal, from_normal, noncentrality
 
@@ -261,3 +261,8 @@ def test_an_extrapolated_result_says_so():
     result = ScoreResult(CUBIC, 0, rho=0.5, amount=1.2, scores=SCORES, norm=10.0)
     assert result.is_extrapolated is False
     assert result.extrapolate(2.0, 2 * len(SCORES)).is_extrapolated is True
+
+
+def test_the_six_points_have_the_moments_of_webb():
+    points = np.concatenate([-SIX_POINTS, SIX_POINTS])
+    assert [np.mean(points**k) for k in (1, 2, 3, 4)] == pytest.approx([0.0, 1.0, 0.0, 7.0 / 6.0])
