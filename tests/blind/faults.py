@@ -21,6 +21,7 @@ from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.faults.diagnose import diagnose
 from railui.campaign.faults.fault import Diagnosis, Fault
+from tests.bench.page import write_after
 from tests.blind.cases import EFFECTS_NOT_IN_LIBRARY, STRONG, library_entries, planted_effect
 from tests.truth.campaign import Order, campaign, write
 from tests.truth.effects import Effect
@@ -293,10 +294,10 @@ def false_alarms(count: int) -> list[Row]:
     return rows
 
 
-def page(rows: Sequence[Row], sound: Sequence[Row]) -> str:
-    """Return the page of the results."""
+def tables(rows: Sequence[Row], sound: Sequence[Row]) -> str:
+    """Return the tables of the results."""
     results = ("found", "ambiguous", "correct channel, other kind", "partly found", "missed", "wrong channel")
-    lines = [HEAD]
+    lines = []
     alarms = [r for r in sound if r.named]
     campaigns = len({r.campaign for r in sound})
     lines.append(f"Sound data: {len(sound)} diagnoses of {campaigns} campaigns, {len(alarms)} false alarms.\n")
@@ -331,19 +332,6 @@ def page(rows: Sequence[Row], sound: Sequence[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-HEAD = """# Data faults: simulation study of the diagnosis
-
-[Check](measured_campaign.md#4-check) describes the diagnosis and the keys of corrections; this page counts how often
-it is right.
-`python -m tests.blind.faults` plants faults into the columns of simulated campaigns (30 s and 22 s; the generator of
-`tests/truth` shares no code with the package) and counts the diagnoses. *ambiguous*: the fault is named together with
-another that explains the data as well. *correct channel, other kind*: the named channels are faulty.
-*partly found*: one of two planted faults is named. *missed*: nothing serious is reported. *wrong channel*: a channel
-without a fault is named.
-Without displacements of the wheelsets no relation includes the track, and the response of the vehicle to it decides.
-"""
-
-
 def planted_rows(pairs: int, campaigns: int) -> list[Row]:
     """Plant every fault alone and some pairs."""
     rows: list[Row] = []
@@ -376,7 +364,7 @@ def main() -> None:
     if given.save:
         given.save.write_text(json.dumps([asdict(row) for row in rows]))
         return
-    given.out.write_text(page([r for r in rows if r.kind != "none"], [r for r in rows if r.kind == "none"]))
+    write_after(given.out, tables([r for r in rows if r.kind != "none"], [r for r in rows if r.kind == "none"]))
 
 
 if __name__ == "__main__":
