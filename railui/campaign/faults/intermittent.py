@@ -25,6 +25,7 @@ from railui.campaign.faults.fault import Fault
 from railui.campaign.faults.spectra import RunSpectra
 from railui.campaign.faults.wording import channel_names
 from railui.campaign.settings.faults import FaultSettings
+from railui.runs.plausibility import TO_STANDARD_DEVIATION
 
 TRIMMED_SHARE = 0.5  # of the windows, of the best agreement
 MIN_TRIMMED = 6  # of the windows
@@ -35,7 +36,7 @@ MIN_INSIDE, MIN_OUTSIDE = 4, 6  # windows of an interval, and of the rest of the
 MIN_OUTSIDE_SHARE = 0.25  # of the windows
 QUANTILE = 0.2  # of the windows of an interval, and above it of the others, that are left out
 OVERLAP_VARIANCE = 1.5  # of a mean over windows that overlap by half, over that of independent ones
-SAME_DIRECTION = 0.9  # of the largest disagreement, from which channels are not told apart by their direction
+SAME_DIRECTION = 0.9  # of the largest disagreement, from which channels are not distinguished by their direction
 MOTION_SHARES = np.concatenate([[0.0], np.geomspace(0.01, 100.0, 17)])  # at the median power of the motions
 MAX_SCATTER_RATIO = 1.1  # over the least, up to which such a share is not excluded
 GAIN_DISTINCTION = 2.0  # of the misfit that the gain of one channel leaves, over that of another
@@ -107,9 +108,11 @@ class _Interval(NamedTuple):
     channel: str
     contrast: float
 
-    def inside(self, windows: int) -> NDArray[np.bool_]:
-        number = np.arange(windows)
-        return np.asarray((number >= self.first) & (number < self.last))
+
+def _are_inside(first: int, last: int, windows: int) -> NDArray[np.bool_]:
+    """Mark the windows from first to last (excluded)."""
+    number = np.arange(windows)
+    return np.asarray((number >= first) & (number < last))
 
 
 def find_intermittent_fault(spectra: RunSpectra, settings: FaultSettings, runs: int = 1) -> IntermittentFault | None:
@@ -128,7 +131,7 @@ def find_intermittent_fault(spectra: RunSpectra, settings: FaultSettings, runs: 
     if not intervals:
         return None
     interval = max(intervals, key=lambda x: x.contrast)
-    inside = interval.inside(len(spectra.z))
+    inside = _are_inside(interval.first, interval.last, len(spectra.z))
     disagreement = _Disagreement(spectra, ~inside)
     ratios = {c: disagreement.ratio(c, inside) for c in channels}
     single = [c for c in channels if disagreement.is_restored_without([c], inside, settings)]
@@ -137,7 +140,7 @@ def find_intermittent_fault(spectra: RunSpectra, settings: FaultSettings, runs: 
         return None
     most = max(ratios[c] for c in suspects)
     alike = [c for c in suspects if ratios[c] >= (SAME_DIRECTION if single else 1.0) * most]
-    inner = _Interval(interval.first + 1, interval.last - 1, "", 0.0).inside(len(inside))  # the fault in all of each
+    inner = _are_inside(interval.first + 1, interval.last - 1, len(inside))  # the fault in all of each
     named, gain = _distinguished(disagreement, alike, inner, settings)
     step = float(spectra.time[1] - spectra.time[0])
     is_to_start, is_to_end = interval.first == 0, interval.last == len(spectra.time)
@@ -265,7 +268,7 @@ def _interval(disagreement: _Disagreement, channel: str, tests: int, settings: F
     found = [x for y in (log, log - np.log(disagreement.power)) if (x := _highest_interval(y)) is not None]
     intervals = []
     for first, last in dict.fromkeys(found):
-        inside = _Interval(first, last, channel, 0.0).inside(len(log))
+        inside = _are_inside(first, last, len(log))
         y = _beyond_motion(log, disagreement.power, inside)
         contrast = float(np.quantile(y[inside], QUANTILE) - np.quantile(y[~inside], 1.0 - QUANTILE))
         level = settings.intermittent_level / (tests * 0.5 * len(y) ** 2)
@@ -303,7 +306,7 @@ def _highest_interval(y: FloatArray) -> tuple[int, int] | None:
 
 def _standard_score(y: FloatArray, inside: NDArray[np.bool_]) -> float:
     """Difference of the means of a series in an interval and outside, over its standard deviation."""
-    scatter = 1.4826 * float(np.median(np.abs(np.diff(y)))) / np.sqrt(2.0)  # a step hardly changes it
+    scatter = TO_STANDARD_DEVIATION * float(np.median(np.abs(np.diff(y)))) / np.sqrt(2.0)  # a step hardly changes it
     n, rest = int(np.sum(inside)), int(np.sum(~inside))
     sd = max(scatter, 1e-9) * np.sqrt(OVERLAP_VARIANCE * (1.0 / n + 1.0 / rest))
     return float((y[inside].mean() - y[~inside].mean()) / sd)
