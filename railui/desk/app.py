@@ -14,7 +14,7 @@ from textual.app import App, ComposeResult, SystemCommand
 from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.dom import DOMNode
-from textual.events import Resize
+from textual.events import Event, Key, Resize
 from textual.screen import Screen
 from textual.widgets import ContentSwitcher, Footer, Static
 
@@ -110,6 +110,11 @@ class Desk(App[None]):
         self.call_after_refresh(self._offer_session, None if has_start else self.action_open)
         self.watch(self.screen, "focused", self.focus_keeper.on_change, init=False)
         handle_signals(self.ending.on_signal)
+
+    async def on_event(self, event: Event) -> None:
+        if isinstance(event, Key) and not event.is_forwarded:
+            self.focus_keeper.before_key()
+        await super().on_event(event)
 
     def _offer_session(self, otherwise: Callable[[], object] | None) -> None:
         """Offer the session that ended last; if there is none or it is declined, do something else."""

@@ -31,6 +31,15 @@ class FocusKeeper:
         elif self.desk.panel in widget.ancestors:
             self._last[str(self.desk.panel.id)] = widget
 
+    def before_key(self) -> None:
+        """Focus a widget of the panel if the one in focus is hidden: without a focus the key would be lost."""
+        stack = self.desk.screen_stack
+        if len(stack) != 1:  # a dialog has a focus of its own
+            return
+        focused = stack[0].focused
+        if focused is None or not is_focusable(focused):
+            self.enter_panel()
+
     def _fill(self) -> None:
         """Focus a widget of the panel if none has the focus, for example because it was hidden."""
         if self.desk.screen_stack and self.desk.screen_stack[0].focused is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import gzip
 import shutil
+import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from pathlib import Path
@@ -48,13 +49,12 @@ class Keyboard:
             await self.pilot.pause()
             quiet = 0 if busy else quiet + 1
 
-    async def wait_until(self, condition: Callable[[], bool], seconds: float = 300.0) -> None:
-        """Wait until a condition holds."""
-        for _ in range(int(seconds / 0.05)):
-            if condition():
-                return
+    async def wait_until(self, condition: Callable[[], bool], seconds: float = 200.0) -> None:
+        """Wait until a condition holds, for less time than a test may take."""
+        end = time.monotonic() + seconds
+        while not condition():
+            assert time.monotonic() < end, "the condition was not met"
             await asyncio.sleep(0.05)
-        raise AssertionError("the condition was not met")
 
 
 OpenDesk = Callable[..., AbstractAsyncContextManager[Keyboard]]

@@ -9,12 +9,14 @@ from xml.etree import ElementTree
 import pytest
 from textual.strip import Strip
 from textual.widget import Widget
-from textual.widgets import Input, OptionList
+from textual.widgets import ContentSwitcher, Input, OptionList
 
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.optimise import OptimisePanel
+from railui.desk.panels.vehicle_page import VehiclePage
 from railui.desk.widgets.bars import Bar, Bars
 from railui.desk.widgets.form import Form
+from railui.desk.widgets.heat_map import HeatMap
 from tests.desk.conftest import Keyboard, OpenDesk
 
 pytestmark = pytest.mark.asyncio
@@ -143,6 +145,27 @@ async def test_the_focus_is_never_empty(open_desk: OpenDesk, bogie: Path) -> Non
             await keys.pilot.resize_terminal(80, 24)
             await keys.wait_until_idle()
             assert keys.desk.focused is not None and keys.desk.panel in keys.desk.focused.ancestors
+
+
+async def test_a_key_acts_while_the_pane_in_focus_is_being_hidden(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie) as keys:
+        panel = keys.desk.query_one(DesignPanel)
+        page, pages = panel.query_one(VehiclePage), panel.query_one(ContentSwitcher)
+        panel.show_page("map")
+        keys.desk.query_one(HeatMap).focus()
+        await keys.press("right_square_bracket")
+        assert pages.current == "vehicle"
+        page.is_playing = False
+        keys.desk.screen.set_focus(None)
+        keys.desk.simulate_key("p")  # before the next refresh
+        await keys.wait_until(lambda: page.is_playing, 10.0)
+
+        page.query_one("#schematic").focus()
+        await keys.wait_until_idle()
+        for _ in range(4):  # each hides the page of the key before
+            keys.desk.simulate_key("right_square_bracket")
+        await keys.wait_until(lambda: pages.current == "speed", 10.0)
+        page.leave()
 
 
 async def test_a_plot_is_exported_as_picture_and_table(
