@@ -75,9 +75,9 @@ class MapPage(ResultPage):
         if known.is_complete:
             self.map_job.cancel()
         elif not (self.map_job.is_active and key == self.requested):
-            known.rows.clear()
+            wanted = self.maps[key] = DesignMap(x, y)  # rows of an earlier job may still arrive, for the map before
             current = results[0]
-            self.map_job.request(lambda job: compute_map(job, key, known, current))
+            self.map_job.request(lambda job: compute_map(job, wanted, current))
         self.requested = key
         self.draw()
 
@@ -134,9 +134,8 @@ class MapPage(ResultPage):
     def _on_progress(self, message: ProgressEvent) -> None:
         message.stop()
         event: MapRow = message.event
-        if (known := self.maps.get(event.key)) is not None and not known.is_complete:
-            known.rows.append(event.values)
-        if event.key == self.requested:
+        event.map.rows.append(event.values)
+        if event.map is self.current:
             self.draw()
 
     @on(JobDone)

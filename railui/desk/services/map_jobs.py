@@ -18,13 +18,13 @@ from railui.desk.services.stability_jobs import background_threads
 
 @dataclass(frozen=True, eq=False)
 class MapRow:
-    """Row of a map."""
+    """Values of a row, and the map that they belong to."""
 
-    key: str
+    map: DesignMap
     values: Mapping[str, FloatArray]
 
 
-def compute_map(job: BackgroundJob, key: str, wanted: DesignMap, results: DesignResults) -> Message:
+def compute_map(job: BackgroundJob, wanted: DesignMap, results: DesignResults) -> Message:
     """Compute all rows of a map."""
     conditions = results.conditions
     jobs = background_threads()
@@ -32,5 +32,5 @@ def compute_map(job: BackgroundJob, key: str, wanted: DesignMap, results: Design
     axes = wanted.x.axis, wanted.y.axis
     for values in map_rows(results.design, *axes, list(QUANTITIES), source, conditions.speed, jobs=jobs):
         job.checkpoint()
-        job.owner.post_message(ProgressEvent(job.name, MapRow(key, values)))
+        job.owner.post_message(ProgressEvent(job.name, MapRow(wanted, values)))
     return JobDone(job.name, None)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import railui
+from railui.api.map_rows import map_rows
 from railui.desk.panels.design import DesignPanel
 from railui.desk.panels.map_page import MapPage
 from railui.desk.panels.vehicle_page import VehiclePage
+from railui.desk.presenters.design_results import load_track
 from railui.desk.presenters.schematic import DRAWN_MOTION, Part, largest_motion, outlines, ride_motion
 from railui.desk.widgets.heat_map import HeatMap
 from railui.desk.widgets.plot import Plot
@@ -66,6 +69,25 @@ async def test_a_map_shows_what_ride_computes_and_its_cursor_sets_the_form(open_
         relative = motion.ride["wheelset 1"][0] - motion.track
         assert np.allclose(relative, ride_series["e1"], atol=1e-6)
         vehicle.leave()
+
+
+async def test_rows_of_a_map_that_is_computed_again_are_not_mixed(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie, size=(120, 40)) as keys:
+        panel, page = keys.desk.query_one(DesignPanel), keys.desk.query_one(MapPage)
+        panel.show_page("map")
+        await keys.wait_until(lambda: page.current is not None and len(page.current.rows) > 1)
+        job = page.map_job.job
+        assert job is not None
+        while not job.is_finished:  # its rows wait for the desk
+            time.sleep(0.01)
+        page.show(panel.results)
+        await keys.wait_until(lambda: page.current is not None and page.current.is_complete)
+        await keys.wait_until_idle()
+        assert page.current is not None and panel.draft is not None
+        axes, source = (page.axes["x"].axis, page.axes["y"].axis), load_track(panel.conditions.track)
+        expected = list(map_rows(panel.draft.design, *axes, [page.quantity], source, panel.conditions.speed))
+        for row, right in zip(page.current.rows, expected, strict=True):
+            np.testing.assert_array_equal(row[page.quantity], right[page.quantity])
 
 
 async def test_a_part_is_drawn_where_it_moves() -> None:
