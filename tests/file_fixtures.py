@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,8 @@ import pytest
 
 from railui.io.problems import FileProblems, Problem
 
+REPOSITORY = Path(__file__).parents[1]
+SHORT_RUN = 15.0  # s
 BOGIE = """\
 name: test bogie   # declared
 vehicle:
@@ -143,3 +147,14 @@ def campaign_folder(tmp_path: Path) -> Path:
         rf = np.sin((1.0 + seed) * np.arange(1000.0))
         (tmp_path / name).write_text(csv({**run_rows(seed=seed), "rf [rad/s]": rf}))
     return tmp_path
+
+
+@pytest.fixture
+def short_campaign(tmp_path: Path) -> Path:
+    """Copy of a bundled campaign with the first SHORT_RUN seconds of its runs, whose loop takes a third of the time."""
+    directory = Path(shutil.copytree(REPOSITORY / "designs/campaigns/worn_axle_box", tmp_path / "campaign"))
+    for file in directory.glob("*.csv.gz"):
+        head, *rows = gzip.decompress(file.read_bytes()).decode().splitlines()
+        kept = [row for row in rows if float(row.split(",")[0]) < SHORT_RUN]
+        file.write_bytes(gzip.compress("\n".join([head, *kept, ""]).encode(), 1))
+    return directory

@@ -16,7 +16,7 @@ from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.validation import validate
 from railui.vehicle.model import Model
-from tests.truth.campaign import Campaign, Order, campaign, write
+from tests.truth.campaign import Campaign, Order, campaigns, write
 from tests.truth.effects import parse
 from tests.truth.files import paths
 
@@ -44,20 +44,38 @@ class SimulatedCampaign(WithContext):
         return validate(self.context, self.true_model, self.dataset.validation).nrmse
 
 
-@cache
-def simulated_campaign(
-    *effects: str,
-    seed: int = 3,
-    seconds: Sequence[float] = DURATIONS,
-    columns: Sequence[str] = (),
-    speeds: Sequence[float] = SPEEDS,
-) -> SimulatedCampaign:
-    """Simulate a campaign with planted effects, each written as `kind at=location name=number`.
+@dataclass(frozen=True)
+class Request:
+    """Planted effects, each written as `kind at=location name=number`, and the runs; the last is the validation run."""
 
-    Its last run is the validation run.
-    """
-    order = Order([parse(text) for text in effects], seed=seed, seconds=seconds, columns=columns, speeds=speeds)
-    truth = campaign(order)
+    effects: tuple[str, ...] = ()
+    seed: int = 3
+    seconds: Sequence[float] = DURATIONS
+    columns: Sequence[str] = ()
+    speeds: Sequence[float] = SPEEDS
+
+    @property
+    def order(self) -> Order:
+        """Order to the generator."""
+        effects = [parse(text) for text in self.effects]
+        return Order(effects, seed=self.seed, seconds=self.seconds, columns=self.columns, speeds=self.speeds)
+
+
+_simulated: dict[Request, Campaign] = {}
+
+
+def simulate_together(*requests: Request) -> None:
+    """Simulate campaigns for later calls of `simulated_campaign`, side by side in about the time of the longest."""
+    missing = [request for request in requests if request not in _simulated]
+    _simulated.update(zip(missing, campaigns([request.order for request in missing]), strict=True))
+
+
+@cache
+def simulated_campaign(*effects: str, **options: Any) -> SimulatedCampaign:
+    """Simulate a campaign with planted effects; options: other fields of Request."""
+    request = Request(effects, **options)
+    simulate_together(request)
+    truth = _simulated[request]
     with tempfile.TemporaryDirectory() as folder:
         write(truth, Path(folder))
         dataset = read_dataset(load_campaign(folder))

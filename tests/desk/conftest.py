@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import gzip
 import shutil
 import time
 from collections.abc import AsyncIterator, Callable
@@ -16,7 +15,6 @@ from textual.pilot import Pilot
 from railui.desk.app import Desk
 
 REPOSITORY = Path(__file__).parents[2]
-SHORT_RUN = 15.0  # s
 STIFFNESS = "vehicle.primary.lateral_stiffness"
 IDLE_ROUNDS = 4  # rounds without work after which no message is pending
 
@@ -100,14 +98,3 @@ def study(bogie: Path) -> Path:
         "method: {kind: nsga2, population: 16, generations: 4, seed: 1}\n"
     )
     return path
-
-
-@pytest.fixture
-def short_campaign(tmp_path: Path) -> Path:
-    """Copy of a bundled campaign with the first SHORT_RUN seconds of its runs, whose loop takes a third of the time."""
-    directory = Path(shutil.copytree(REPOSITORY / "designs/campaigns/worn_axle_box", tmp_path / "campaign"))
-    for file in directory.glob("*.csv.gz"):
-        head, *rows = gzip.decompress(file.read_bytes()).decode().splitlines()
-        kept = [row for row in rows if float(row.split(",")[0]) < SHORT_RUN]
-        file.write_bytes(gzip.compress("\n".join([head, *kept, ""]).encode(), 1))
-    return directory

@@ -32,9 +32,9 @@ def test_quick_commands_do_not_import_scipy(command: tuple[str, ...]) -> None:
     assert done.stdout.splitlines()[-1] == "read:"
 
 
-def test_loop_and_desk_import_no_filters_or_statistics_of_scipy(tmp_path: Path) -> None:
+def test_loop_and_desk_import_no_filters_or_statistics_of_scipy(short_campaign: Path, tmp_path: Path) -> None:
     run = "import sys, railui.desk.app; from railui.cli import cli; cli(sys.argv[1:], standalone_mode=False)"
     report = "print('read:', *sorted({'scipy.signal', 'scipy.stats', 'scipy.interpolate'} & set(sys.modules)))"
-    words = [sys.executable, "-c", f"{run}; {report}", "loop", "designs/campaigns/worn_axle_box", "-o", str(tmp_path)]
+    words = [sys.executable, "-c", f"{run}; {report}", "loop", str(short_campaign), "-o", str(tmp_path / "loop")]
     done = subprocess.run(words, cwd=HOME, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "read:"

@@ -135,7 +135,7 @@ def write_run(path: Path, run: Mapping[str, Array], units: Mapping[str, str], ti
     digits = [{**DIGITS, "t": time}.get(name, "%.6g") for name in run]
     header = ",".join(f"{name} [{units[name]}]" for name in run)
     np.savetxt(text, np.stack(list(run.values()), axis=1), digits, ",", header=header, comments="")
-    with path.open("wb") as raw, gzip.GzipFile("", "wb", fileobj=raw, mtime=0) as packed:
+    with path.open("wb") as raw, gzip.GzipFile("", "wb", 6, raw, mtime=0) as packed:
         packed.write(text.getvalue().encode())
 
 

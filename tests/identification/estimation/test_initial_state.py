@@ -24,7 +24,7 @@ from railui.identification.structure.score_test import ScoreTestResult
 from railui.report.loop.data import loop_report
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
-from tests.blind.simulated import SimulatedCampaign, calibrated, simulated_campaign
+from tests.blind.simulated import Request, SimulatedCampaign, calibrated, simulate_together, simulated_campaign
 from tests.truth.files import paths
 
 RUN_OUT = "run_out at=wheelset wheelset=1 force=2500 rolling_radius=0.4613"
@@ -33,7 +33,20 @@ THREE: dict[str, Any] = {
     "seconds": (25.0, 25.0, 20.0),
     "speeds": (40.0, 34.0, 31.0),
 }  # the last validates
+WIDE_CLEARANCES = (6e-4, 1.5e-3)  # m
 TURN = 2.0 * np.pi
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _simulated_together() -> None:
+    clearances = [Request((clearance(width),)) for width in WIDE_CLEARANCES]
+    run_outs = [Request(planted, **THREE) for planted in ((), (RUN_OUT,), (RUN_OUT, OTHER))]
+    simulate_together(Request(), *clearances, *run_outs)
+
+
+def clearance(half_width: float) -> str:
+    """Return the text of a clearance of the axle boxes."""
+    return f"free_play at=primary_lateral half_width={half_width}"
 
 
 def true_model(case: SimulatedCampaign) -> Model:
@@ -211,10 +224,10 @@ def test_several_runs_without_run_out_need_no_effect():
     assert not found.after.model.effects
 
 
-@pytest.mark.parametrize("half_width", [0.0006, 0.0015])
+@pytest.mark.parametrize("half_width", WIDE_CLEARANCES)
 def test_the_start_of_a_vehicle_with_a_wide_clearance_fits_as_well_as_the_rest(half_width: float):
     # undamped steps of the linear estimate leave two to three times the error of the rest
-    case = simulated_campaign(f"free_play at=primary_lateral half_width={half_width}")
+    case = simulated_campaign(clearance(half_width))
     effect = case.truth.order.effects[0]
     model = case.true_model.with_effect(PlacedEffect(effect.kind, effect.at, None, dict(effect.parameters)))
     for segment in case.dataset.segments:

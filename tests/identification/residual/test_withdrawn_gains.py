@@ -21,19 +21,19 @@ def stated(gain: float, *, serious: bool = False) -> Finding:
 
 
 @pytest.mark.parametrize(
-    ("recorded", "finding", "is_withdrawn"),
+    ("recorded", "gain", "is_serious", "is_withdrawn"),
     [
-        (1.0, stated(0.909), True),
-        (0.909, stated(0.909), False),
-        (0.95, stated(0.909), False),  # about as near to one as to the stated gain
-        (1.0, stated(0.909, serious=True), False),
-        (1.0, stated(0.999), False),  # nearer to one than the data tell
+        (1.0, 0.909, False, True),
+        (0.909, 0.909, False, False),
+        (0.95, 0.909, False, False),  # about as near to one as to the stated gain
+        (1.0, 0.909, True, False),
+        (1.0, 0.999, False, False),  # nearer to one than the data tell
     ],
 )
 def test_a_gain_is_withdrawn_where_the_model_fits_the_channel_without_it(
-    recorded: float, finding: Finding, is_withdrawn: bool
+    recorded: float, gain: float, is_serious: bool, is_withdrawn: bool
 ) -> None:
-    context, model = simulated_campaign().context, calibrated().model
+    context, model, finding = simulated_campaign().context, calibrated().model, stated(gain, serious=is_serious)
 
     def with_gain(segment: Segment) -> Segment:
         return replace(segment, columns={**segment.columns, CHANNEL: recorded * segment.columns[CHANNEL]}, tables={})

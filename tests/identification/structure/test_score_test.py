@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ from railui.identification.structure.family_wise_test import family_wise_test
 from railui.identification.structure.refit import select_candidates
 from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTestResult
-from tests.blind.simulated import calibrated, simulated_campaign
+from tests.blind.simulated import Request, calibrated, simulate_together, simulated_campaign
 from tests.truth.campaign import noisy
 from tests.truth.effects import effect, sense
 
@@ -34,9 +35,20 @@ PLANTED = {
     "dry_friction": "dry_friction at=secondary_lateral force=1500 slip_speed=5e-3",
     "gauge_conicity": "gauge_conicity at=contact per_gauge=-40",
 }
-
-
+DAMPER = "viscous_damper at=wheelset_yaw wheelset=2 damping=2e5"
+MINUTE = (60.0, 12.0)  # s; the speed varies by several per cent
 SETTINGS = ScoreTestSettings()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _simulated_together() -> None:
+    planted = [Request((text,), **options_of(kind)) for kind, text in PLANTED.items()]
+    simulate_together(Request(), *planted, Request((DAMPER,), seconds=MINUTE))
+
+
+def options_of(kind: str) -> dict[str, Any]:
+    """Options of the campaign with a planted effect."""
+    return {} if kind == "free_play" else {"seconds": BRIEF}
 
 
 def score_all(fit, context: Context) -> ScoreTestResult:
@@ -49,17 +61,13 @@ def test_without_an_unmodelled_effect_no_candidate_explains_two_percent():
 
 @pytest.mark.parametrize("kind", PLANTED)
 def test_a_planted_effect_has_the_best_score(kind: str):
-    options = {} if kind == "free_play" else {"seconds": BRIEF}
+    options = options_of(kind)
     case, fit = simulated_campaign(PLANTED[kind], **options), calibrated(PLANTED[kind], **options)
     result = score_all(fit, case.context)
     first = result.best[0].candidate
     assert (first.kind, first.at, first.wheelset) == (kind, case.truth.order.effects[0].at, None)
     assert result.rho2 > 0.05
     assert result.p < 0.01
-
-
-DAMPER = "viscous_damper at=wheelset_yaw wheelset=2 damping=2e5"
-MINUTE = (60.0, 12.0)  # s; the speed varies by several per cent
 
 
 def yaw_damper(model, segments) -> Candidate:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -10,14 +9,14 @@ import numpy as np
 import pytest
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import read_dataset
+from railui.campaign.dataset import Dataset, read_dataset
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
 from railui.identification.unmodelled.discrepancy import Discrepancy, DiscrepancyCurve
 from railui.identification.unmodelled.location_evidence import LocationEvidence, joint_of
 from railui.identification.unmodelled.search import _is_force_on_vehicle
-from tests.truth.campaign import Order, campaign, write
-from tests.truth.effects import Effect, effect
+from tests.truth.campaign import Order, campaigns, write
+from tests.truth.effects import effect
 
 WET_PATCHES = effect("wet_patches", "contact", depth=0.6, length=150.0)
 SLIGHTLY_WET_PATCHES = effect("wet_patches", "contact", depth=0.4, length=150.0)
@@ -25,10 +24,30 @@ CROSSED_DAMPING = effect("crossed_damping", "wheelset", damping=2e4)
 ACCELEROMETERS = ("ay1", "ay2", "ayf")
 
 
-def test_patches_of_low_friction_are_no_noise(tmp_path: Path) -> None:
+BRIEF = {"seed": 47047, "seconds": (40.0, 30.0)}  # s
+ORDERS = {
+    "wet patches": Order(effects=(WET_PATCHES,), seed=47047, without=ACCELEROMETERS),
+    "slightly wet patches": Order(effects=(SLIGHTLY_WET_PATCHES,), without=ACCELEROMETERS, **BRIEF),
+    "crossed damping": Order(effects=(CROSSED_DAMPING,), without=ACCELEROMETERS, **BRIEF),
+    "noisy displacements": Order(without=ACCELEROMETERS, stated=1.0 / 3.0, **BRIEF),
+    "noisy accelerations": Order(without=("e1", "e2", "d1", "d2", "rf"), stated=1.0 / 3.0, **BRIEF),
+}
+
+
+@pytest.fixture(scope="module")
+def datasets(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Dataset]:
+    """Campaigns of the orders, simulated side by side in about the time of the longest."""
+    found = {}
+    for name, simulated in zip(ORDERS, campaigns(list(ORDERS.values())), strict=True):
+        folder = tmp_path_factory.mktemp("campaign")
+        write(simulated, folder)
+        found[name] = read_dataset(load_campaign(folder))
+    return found
+
+
+def test_patches_of_low_friction_are_no_noise(datasets: dict[str, Dataset]) -> None:
     """They change the phase of the motion along the track, so that the residual is coherent with none."""
-    write(campaign(Order(effects=(WET_PATCHES,), seed=47047, without=ACCELEROMETERS)), tmp_path)
-    result = close_loop(read_dataset(load_campaign(tmp_path)), jobs=2)
+    result = close_loop(datasets["wet patches"], jobs=2)
     assert not result.remainder.coherent and not result.remainder.structured
     assert result.validations["after"].nrmse > 3.0 * result.noise_floor.nrmse
     assert result.verdict == "outside" and result.discrepancy is not None and result.discrepancy.at == "contact"
@@ -37,26 +56,23 @@ def test_patches_of_low_friction_are_no_noise(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("missing", "least_ratio", "largest_ratio", "is_structured"),
     [
-        (SLIGHTLY_WET_PATCHES, 1.5, 3.0, False),  # the stated noise may be wrong by 3, but the relations determine it
-        (CROSSED_DAMPING, 1.11, 1.5, True),  # a tenth of the error and a structure count
+        ("slightly wet patches", 1.5, 3.0, False),  # the stated noise may be wrong by 3, but the relations determine it
+        ("crossed damping", 1.11, 1.5, True),  # a tenth of the error and a structure count
     ],
 )
 def test_a_small_discrepancy_is_no_noise_of_the_track(
-    missing: Effect, least_ratio: float, largest_ratio: float, is_structured: bool, tmp_path: Path
+    missing: str, least_ratio: float, largest_ratio: float, is_structured: bool, datasets: dict[str, Dataset]
 ) -> None:
-    order = Order(effects=(missing,), seed=47047, without=ACCELEROMETERS, seconds=(40.0, 30.0))
-    write(campaign(order), tmp_path)
-    result = close_loop(read_dataset(load_campaign(tmp_path)), jobs=2)
+    result = close_loop(datasets[missing], jobs=2)
     assert least_ratio < result.error_to_noise < largest_ratio and result.remainder.structured == is_structured
     assert result.verdict == "outside" and result.discrepancy is not None
     assert joint_of(result.discrepancy.at) == "contact"
 
 
-@pytest.mark.parametrize("without", [ACCELEROMETERS, ("e1", "e2", "d1", "d2", "rf")])
-def test_noise_of_three_times_the_stated_size_is_no_discrepancy(tmp_path: Path, without: tuple[str, ...]) -> None:
+@pytest.mark.parametrize("recorded", ["displacements", "accelerations"])
+def test_noise_of_three_times_the_stated_size_is_no_discrepancy(datasets: dict[str, Dataset], recorded: str) -> None:
     """That of the track reaches all channels alike."""
-    write(campaign(Order(seed=47047, without=without, stated=1.0 / 3.0, seconds=(40.0, 30.0))), tmp_path)
-    result = close_loop(read_dataset(load_campaign(tmp_path)), jobs=2)
+    result = close_loop(datasets[f"noisy {recorded}"], jobs=2)
     assert (result.verdict, result.discrepancy) == ("none", None)
 
 
