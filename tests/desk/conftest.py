@@ -41,11 +41,17 @@ class Keyboard:
         """Wait until no background job runs and everything is drawn."""
         quiet = 0
         while quiet < IDLE_ROUNDS:
-            busy = any(not worker.is_finished for worker in self.desk.workers)
+            quiet = 0 if self.is_busy else quiet + 1
             await self.desk.workers.wait_for_complete()
-            await self.pilot.pause(0.01)
-            await self.pilot.pause()
-            quiet = 0 if busy else quiet + 1
+            await asyncio.sleep(0.01)
+        await self.pilot.pause()  # draws
+
+    @property
+    def is_busy(self) -> bool:
+        """True if a background job runs or a message waits."""
+        nodes = (self.desk, *self.desk.screen.walk_children(with_self=True))
+        unfinished = any(not worker.is_finished for worker in self.desk.workers)
+        return unfinished or any(node.message_queue_size for node in nodes)
 
     async def wait_until(self, condition: Callable[[], bool], seconds: float = 200.0) -> None:
         """Wait until a condition holds, for less time than a test may take."""
