@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.fleet import FleetSettings
+from railui.dsp.robust import MAD_TO_SD
 from railui.fleet.level_filter import Levels
-from railui.fleet.mixed_model import MAD
 
 WANDERS: Final = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)  # of the variance of a block, from a block to the next
 
@@ -68,6 +68,6 @@ def _prediction_misfit(blocks: FilteredBlocks, wander: FloatArray, settings: Fle
         score[b] = (value - levels.predict(use)) / spread[b]
         levels = levels.update(use, value, variance, settings.max_score)
     score, spread = np.where(blocks.known, score, np.nan), np.where(blocks.known, spread, np.nan)
-    bound = settings.error_bound * MAD * np.nanmedian(np.abs(score), axis=(0, 1))
+    bound = settings.error_bound * MAD_TO_SD * np.nanmedian(np.abs(score), axis=(0, 1))
     scale = np.nanmean(np.minimum(score**2, bound**2), axis=(0, 1))
     return np.asarray(0.5 * np.log(np.maximum(scale, 1e-300)) + np.nanmean(np.log(spread), axis=(0, 1)))

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from railui.arrays import FloatArray
+from railui.dsp.robust import MAD_TO_SD
 
 HUBER: Final = 2.0  # standard deviations, from which a residual counts less
 MAD_EFFICIENCY: Final = 0.37  # of a median absolute deviation: independent values that count
 BOUND: Final = 2.0  # standard deviations, from which a random effect counts as this many
 BOUNDED_SQUARE: Final = 0.9205  # mean of min(z^2, 4) of a standard normal variable
-MAD: Final = 1.4826  # standard deviation of a normal variable over its median absolute deviation
 FIXED: Final = 4  # mean, temperature, load, use
 TOLERANCE: Final = 0.02  # relative change of the variances at which the iteration ends
 SMALL: Final = 1e-2  # of the variance of a run: no difference
@@ -146,7 +146,7 @@ class QuantityRuns:
         self.columns = (FIXED + vehicle, FIXED + vehicles + vehicle, FIXED + 2 * vehicles + cell)
         self.present = np.bincount(vehicle, minlength=vehicles) > 0
         self.present_cells = np.bincount(cell, minlength=cells) > 0
-        self.scatter = float(np.median(np.abs(y - np.median(y))) * MAD) ** 2 or float(np.var(y)) or 1.0
+        self.scatter = float(np.median(np.abs(y - np.median(y))) * MAD_TO_SD) ** 2 or float(np.var(y)) or 1.0
         self.base = float(np.median(sd)) ** 2  # usual variance of a run
         self.spread = float(np.ptp(use)) or 1.0
         self.equations = _Equations(self.x, use, self.columns, FIXED + 2 * vehicles + cells)
@@ -181,7 +181,7 @@ class QuantityRuns:
         fitted = self.x @ numbers[:FIXED] + numbers[level] + self.use * numbers[slope] + numbers[cell]
         residual = (self.y - fitted) / self.sd
         freedom = max(len(self.y) - float(np.sum(1.0 - precision * left)), 1.0)
-        variance = (MAD * float(np.median(np.abs(residual)))) ** 2 * len(self.y) / freedom
+        variance = (MAD_TO_SD * float(np.median(np.abs(residual)))) ** 2 * len(self.y) / freedom
         variance = max(variance, MIN_VARIANCE)
         return _Solution(numbers, left, freedom, variance, np.abs(residual) / np.sqrt(variance))
 

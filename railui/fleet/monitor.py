@@ -17,13 +17,13 @@ from scipy import special
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.fleet import FleetSettings
+from railui.dsp.robust import MAD_TO_SD
 from railui.fleet.control import common_deviation
 from railui.fleet.cusum import DAYS_PER_MONTH, step, threshold_of_rate
 from railui.fleet.fleet_prior import FleetPrior, fit_fleet_prior
 from railui.fleet.history import Crossing, Monitor
 from railui.fleet.level_filter import Levels
 from railui.fleet.level_wander import FilteredBlocks, choose_wander
-from railui.fleet.mixed_model import MAD
 from railui.fleet.observations import Observations, is_reset
 from railui.fleet.schema import EventModel
 from railui.fleet.section_test import SectionTest
@@ -185,7 +185,7 @@ class _Replay:
         for j in range(self.shape[1]):
             known = z[np.isfinite(z[:, j]), j]
             if len(known) >= self.settings.min_scores:
-                scatter = MAD * float(np.median(np.abs(known - np.median(known))))
+                scatter = MAD_TO_SD * float(np.median(np.abs(known - np.median(known))))
                 self.scale[j] = max(scatter, self.settings.least_scale)
 
     def _maintained(self, b: int) -> NDArray[np.bool_]:

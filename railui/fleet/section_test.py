@@ -8,10 +8,10 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.settings.fleet import FleetSettings
+from railui.dsp.robust import MAD_TO_SD
 from railui.fleet.cusum import step
 from railui.fleet.fleet_prior import MEDIAN_VARIANCE
 from railui.fleet.history import Crossing, Monitor
-from railui.fleet.mixed_model import MAD
 
 
 class SectionTest:
@@ -51,7 +51,7 @@ class SectionTest:
             return np.full(self.up.shape, np.nan)
         now, before = before[-1], before[:-1]
         centre = np.nanmedian(before, axis=0)
-        self.spread = np.fmax(MAD * np.nanmedian(np.abs(before - centre), axis=(0, 1)), self.spread)
+        self.spread = np.fmax(MAD_TO_SD * np.nanmedian(np.abs(before - centre), axis=(0, 1)), self.spread)
         return np.asarray(
             (now - centre) / np.maximum(self.spread * np.sqrt(1.0 + MEDIAN_VARIANCE / len(before)), 1e-300)
         )

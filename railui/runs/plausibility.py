@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from railui.arrays import FloatArray
+from railui.dsp.robust import MAD_TO_SD
 from railui.io.problems import Findings
 from railui.io.table import Table
 from railui.io.units import MAX_PLAUSIBLE_SPEED, MAX_SPEED
@@ -42,7 +43,6 @@ MIN_SPIKE_SHARE = 0.05  # of the robust standard deviation that counts as that m
 MAX_NEIGHBOUR_SHARE = 0.2  # of a spike by which its neighbours differ
 MAX_SPIKES_SHARE = 1e-3  # of the samples; more are shocks of the signal itself
 MAX_DISTANCE_ERROR = 0.02  # of s against the integral of v
-TO_STANDARD_DEVIATION = 1.4826  # of the median absolute deviation
 CLIPPED_COMMENT = "clipped: "  # a comment of a run, of channels that were clipped before they were processed
 
 
@@ -161,8 +161,8 @@ def find_spikes(x: FloatArray) -> Spikes | None:
     with np.errstate(invalid="ignore", over="ignore"):
         off = np.abs(x[1:-1] - 0.5 * (x[:-2] + x[2:]))
         between = np.abs(x[2:] - x[:-2])
-        spread = np.nanmedian(np.abs(x - np.nanmedian(x))) * TO_STANDARD_DEVIATION
-        scale = max(float(np.nanmedian(off)) * TO_STANDARD_DEVIATION, MIN_SPIKE_SHARE * float(spread))
+        spread = np.nanmedian(np.abs(x - np.nanmedian(x))) * MAD_TO_SD
+        scale = max(float(np.nanmedian(off)) * MAD_TO_SD, MIN_SPIKE_SHARE * float(spread))
         found = np.flatnonzero((off > MIN_SPIKE_RATIO * scale) & (between < MAX_NEIGHBOUR_SHARE * off))
     if not scale or not found.size or found.size > max(MAX_SPIKES_SHARE * x.size, 1):
         return None

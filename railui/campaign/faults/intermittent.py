@@ -25,7 +25,7 @@ from railui.campaign.faults.fault import Fault
 from railui.campaign.faults.spectra import RunSpectra
 from railui.campaign.faults.wording import channel_names
 from railui.campaign.settings.faults import FaultSettings
-from railui.runs.plausibility import TO_STANDARD_DEVIATION
+from railui.dsp.robust import MAD_TO_SD
 
 TRIMMED_SHARE = 0.5  # of the windows, of the best agreement
 MIN_TRIMMED = 6  # of the windows
@@ -306,7 +306,7 @@ def _highest_interval(y: FloatArray) -> tuple[int, int] | None:
 
 def _standard_score(y: FloatArray, inside: NDArray[np.bool_]) -> float:
     """Difference of the means of a series in an interval and outside, over its standard deviation."""
-    scatter = TO_STANDARD_DEVIATION * float(np.median(np.abs(np.diff(y)))) / np.sqrt(2.0)  # a step hardly changes it
+    scatter = MAD_TO_SD * float(np.median(np.abs(np.diff(y)))) / np.sqrt(2.0)  # a step hardly changes it
     n, rest = int(np.sum(inside)), int(np.sum(~inside))
     sd = max(scatter, 1e-9) * np.sqrt(OVERLAP_VARIANCE * (1.0 / n + 1.0 / rest))
     return float((y[inside].mean() - y[~inside].mean()) / sd)
