@@ -26,25 +26,22 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-build-isolation --require-h
 CARGO := env -u MAKEFLAGS -u MFLAGS cargo
 SOURCES := $(shell find rust_core -name '*.rs' -o -name '*.toml') Cargo.toml Cargo.lock pyproject.toml
 
-.PHONY: run lock wheels mutants fuzz test rust rust-tests rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots desk-latency blind blind-coaches purpose pictures docs transcripts rewrite dist minimum deny emulated aarch64 killed clean
+.PHONY: run lock wheels mutants fuzz test rust rust-style python-style slow check exudyn bench bench-peers bench-counts growth sensors shots desk-latency blind blind-coaches purpose pictures docs transcripts rewrite dist minimum deny emulated aarch64 killed clean
 
 run: .stamp-build
 	@$(BIN)/railui loop designs/campaigns/worn_axle_box -o railui-loop/worn_axle_box
 	@$(BIN)/railui optimise designs/studies/worn_axle_box.yaml -o railui-study/worn_axle_box
 
-# all that is not the kernel while one processor compiles it; three processes of tests, since many wait for wires,
-# terminals and schedulers
+# clippy and the kernel while pip fetches; three processes of tests, since many wait for wires, terminals and schedulers
 test:
-	@$(MAKE) --no-print-directory --jobs=2 --output-sync=line rust-tests check
+	@$(MAKE) --no-print-directory --jobs=2 --output-sync=line check rust
 	$(BIN)/python -m pytest -n 3 --dist loadfile
 
-rust: rust-style rust-tests
-
 # the whole workspace in one profile: the kernel that Python loads is compiled once for both
-rust-tests:
+rust: rust-style
 	$(CARGO) test --locked --release --workspace
 
-check: python-style rust-style .stamp-build
+check: rust-style python-style .stamp-build
 	$(CARGO) test --locked --release --workspace --quiet --test layers
 
 python-style: .stamp-packages
@@ -53,10 +50,9 @@ python-style: .stamp-packages
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# in a folder of its own, since cargo locks the one in which it compiles
 rust-style:
 	cargo fmt --all --check
-	cargo clippy --target-dir target/style --locked --release --workspace --all-targets -- -D warnings
+	cargo clippy --locked --release --workspace --all-targets -- -D warnings
 
 KEPT := target/bench/history.jsonl
 bench: .stamp-build
