@@ -113,7 +113,7 @@ class Desk(App[None]):
 
     async def on_event(self, event: Event) -> None:
         if isinstance(event, Key) and not event.is_forwarded:
-            self.focus_keeper.before_key()
+            self.focus_keeper.fill()
         await super().on_event(event)
 
     def _offer_session(self, otherwise: Callable[[], object] | None) -> None:

@@ -27,22 +27,16 @@ class FocusKeeper:
     def on_change(self, widget: Widget | None) -> None:
         """Note the focused widget; find another if there is none."""
         if widget is None:
-            self.desk.call_after_refresh(self._fill)
+            self.desk.call_after_refresh(self.fill)
         elif self.desk.panel in widget.ancestors:
             self._last[str(self.desk.panel.id)] = widget
 
-    def before_key(self) -> None:
-        """Focus a widget of the panel if the one in focus is hidden: without a focus the key would be lost."""
-        stack = self.desk.screen_stack
-        if len(stack) != 1:  # a dialog has a focus of its own
+    def fill(self) -> None:
+        """Focus a widget of the panel if none has the focus, or one that is hidden: without a focus a key is lost."""
+        if not self.desk.screen_stack:
             return
-        focused = stack[0].focused
+        focused = self.desk.screen_stack[0].focused
         if focused is None or not is_focusable(focused):
-            self.enter_panel()
-
-    def _fill(self) -> None:
-        """Focus a widget of the panel if none has the focus, for example because it was hidden."""
-        if self.desk.screen_stack and self.desk.screen_stack[0].focused is None:
             self.enter_panel()
 
     def enter_panel(self) -> None:

@@ -69,17 +69,20 @@ class MapPage(ResultPage):
             return
         x, y = self.axes["x"], self.axes["y"]
         key = map_key(results[0], x, y)
-        known = self.maps.setdefault(key, DesignMap(x, y))
-        while len(self.maps) > MAX_MAPS:
-            del self.maps[next(iter(self.maps))]
-        if known.is_complete:
+        known = self.maps.get(key)
+        if known is not None and known.is_complete:
             self.map_job.cancel()
-        elif not (self.map_job.is_active and key == self.requested):
-            wanted = self.maps[key] = DesignMap(x, y)  # rows of an earlier job may still arrive, for the map before
-            current = results[0]
-            self.map_job.request(lambda job: compute_map(job, wanted, current))
+        elif known is None or not (self.map_job.is_active and key == self.requested):
+            self._request(key, DesignMap(x, y), results[0])
         self.requested = key
         self.draw()
+
+    def _request(self, key: str, wanted: DesignMap, current: DesignResults) -> None:
+        """Compute a map anew; rows of an earlier job that still arrive belong to the map before."""
+        self.maps[key] = wanted
+        while len(self.maps) > MAX_MAPS:
+            del self.maps[next(iter(self.maps))]
+        self.map_job.request(lambda job: compute_map(job, wanted, current))
 
     def _has_axes(self, results: DesignResults) -> bool:
         """Choose axes that are missing, or whose parameter the design lacks or has beyond the ends of the axis."""
