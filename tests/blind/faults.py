@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -17,13 +16,13 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Dataset, read_dataset
+from railui.campaign.dataset import Dataset
 from railui.campaign.faults.diagnose import diagnose
 from railui.campaign.faults.fault import Diagnosis, Fault
 from tests.bench.page import write_after
 from tests.blind.cases import EFFECTS_NOT_IN_LIBRARY, STRONG, library_entries, planted_effect
-from tests.truth.campaign import Order, campaign, write
+from tests.blind.simulated import recorded
+from tests.truth.campaign import Order, campaign
 from tests.truth.effects import Effect
 
 Columns = dict[str, np.ndarray]
@@ -242,9 +241,7 @@ class Row:
 def simulated(name: str, effects: Sequence[Effect], **options: object) -> tuple[str, Dataset]:
     """Simulate a campaign."""
     order = Order(tuple(effects), **{"seconds": SECONDS, "name": name, **options})  # type: ignore[arg-type]
-    with tempfile.TemporaryDirectory() as folder:
-        write(campaign(order), Path(folder))
-        return name, read_dataset(load_campaign(folder))
+    return name, recorded(campaign(order))
 
 
 def planted_campaigns(count: int) -> list[tuple[str, Dataset]]:

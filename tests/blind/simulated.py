@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import read_dataset
+from railui.campaign.dataset import Dataset, read_dataset
 from railui.identification.context import WithContext, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.fit import Fit
@@ -70,16 +70,20 @@ def simulate_together(*requests: Request) -> None:
     _simulated.update(zip(missing, campaigns([request.order for request in missing]), strict=True))
 
 
+def recorded(simulated: Campaign) -> Dataset:
+    """Write a simulated campaign and read its files."""
+    with tempfile.TemporaryDirectory() as folder:
+        write(simulated, Path(folder))
+        return read_dataset(load_campaign(folder))
+
+
 @cache
 def simulated_campaign(*effects: str, **options: Any) -> SimulatedCampaign:
     """Simulate a campaign with planted effects; options: other fields of Request."""
     request = Request(effects, **options)
     simulate_together(request)
     truth = _simulated[request]
-    with tempfile.TemporaryDirectory() as folder:
-        write(truth, Path(folder))
-        dataset = read_dataset(load_campaign(folder))
-    return SimulatedCampaign(create_context(dataset, jobs=2), truth)
+    return SimulatedCampaign(create_context(recorded(truth), jobs=2), truth)
 
 
 @cache

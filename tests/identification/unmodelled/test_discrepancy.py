@@ -8,22 +8,20 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import Dataset, read_dataset
+from railui.campaign.dataset import Dataset
 from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
 from railui.identification.unmodelled.discrepancy import Discrepancy, DiscrepancyCurve
 from railui.identification.unmodelled.location_evidence import LocationEvidence, joint_of
 from railui.identification.unmodelled.search import _is_force_on_vehicle
-from tests.truth.campaign import Order, campaigns, write
+from tests.blind.simulated import recorded
+from tests.truth.campaign import Order, campaigns
 from tests.truth.effects import effect
 
 WET_PATCHES = effect("wet_patches", "contact", depth=0.6, length=150.0)
 SLIGHTLY_WET_PATCHES = effect("wet_patches", "contact", depth=0.4, length=150.0)
 CROSSED_DAMPING = effect("crossed_damping", "wheelset", damping=2e4)
 ACCELEROMETERS = ("ay1", "ay2", "ayf")
-
-
 BRIEF = {"seed": 47047, "seconds": (40.0, 30.0)}  # s
 ORDERS = {
     "wet patches": Order(effects=(WET_PATCHES,), seed=47047, without=ACCELEROMETERS),
@@ -35,14 +33,9 @@ ORDERS = {
 
 
 @pytest.fixture(scope="module")
-def datasets(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Dataset]:
+def datasets() -> dict[str, Dataset]:
     """Campaigns of the orders, simulated side by side in about the time of the longest."""
-    found = {}
-    for name, simulated in zip(ORDERS, campaigns(list(ORDERS.values())), strict=True):
-        folder = tmp_path_factory.mktemp("campaign")
-        write(simulated, folder)
-        found[name] = read_dataset(load_campaign(folder))
-    return found
+    return dict(zip(ORDERS, map(recorded, campaigns(list(ORDERS.values()))), strict=True))
 
 
 def test_patches_of_low_friction_are_no_noise(datasets: dict[str, Dataset]) -> None:

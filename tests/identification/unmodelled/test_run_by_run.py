@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
-from railui.campaign.campaign import load_campaign
-from railui.campaign.dataset import read_dataset
 from railui.identification.context import create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.validation import validate
 from railui.identification.unmodelled.run_by_run import RunDifference, find_run_difference
 from railui.identification.unmodelled.run_difference import difference_between_estimation_runs
+from tests.blind.simulated import recorded
 from tests.identification.unmodelled.test_run_dependence import ADEQUATE, Case, Scenario
-from tests.truth.campaign import campaigns, write
+from tests.truth.campaign import campaigns
 
 CONICITIES = {f"contact.{w}.conicity" for w in ("leading", "trailing")}
 
@@ -26,9 +23,7 @@ def case(*runs: Mapping[str, float]) -> Case:
     """Calibrate on two estimation runs, of which the vehicles may differ; the last is the validation run."""
     parts = campaigns(Scenario(runs, (40.0, 31.0, 35.0)).orders())
     selected = {letter: part.runs[letter] for part, letter in zip(parts, "abc", strict=True)}
-    with tempfile.TemporaryDirectory() as folder:
-        write(replace(parts[0], runs=selected), Path(folder))
-        dataset = read_dataset(load_campaign(folder))
+    dataset = recorded(replace(parts[0], runs=selected))
     roles: Sequence[str] = ("adjust", "adjust", "validate")
     segments = tuple(replace(s, role=roles[s.run_index]) for s in dataset.segments)
     context = create_context(replace(dataset, segments=segments), jobs=2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -24,6 +23,7 @@ from railui.identification.result import LoopResult
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence, prepare_validation
 from railui.report.loop.data import loop_report
 from railui.report.loop.page import render_page
+from tests.blind.simulated import recorded
 from tests.docs.results import rows_of, undocumented_keys
 from tests.truth.campaign import Campaign, Order, campaign, campaigns, drawn, write
 from tests.truth.effects import Effect, effect
@@ -98,9 +98,7 @@ def simulated(unmeasured: bool) -> dict[str, Campaign]:
 @cache
 def case(name: str) -> Case:
     """Calibrate on the first run of one of these campaigns; all others are validation runs."""
-    with tempfile.TemporaryDirectory() as folder:
-        write(simulated("unmeasured" in SCENARIOS[name].options)[name], Path(folder))
-        dataset = read_dataset(load_campaign(folder))
+    dataset = recorded(simulated("unmeasured" in SCENARIOS[name].options)[name])
     segments = tuple(replace(s, role="validate") if s.run_index else s for s in dataset.segments)
     dataset = replace(dataset, segments=segments)
     context = create_context(dataset, jobs=2)
