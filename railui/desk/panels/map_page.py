@@ -30,6 +30,8 @@ from railui.desk.widgets.dialogs import ChoiceDialog
 from railui.desk.widgets.heat_map import HeatMap, MapData
 
 MAX_MAPS = 16  # that are kept
+HINT = "● this design · enter sets the values · v quantity"
+SHORT_HINT = "● this design · v quantity"
 
 
 class MapPage(ResultPage):
@@ -161,7 +163,7 @@ class MapPage(ResultPage):
         picture = self.query_one(HeatMap)
         data: MapData = map_data(known, self.quantity, self.results[0])
         picture.show(data)
-        set_titles(picture, data.title, "● this design · enter sets the values · v quantity")
+        set_titles(picture, data.title, HINT if picture.size.width > len(HINT) + 2 else SHORT_HINT)
         self.set_status("" if known.is_complete else f"row {len(known.rows) + 1} of {len(known.y.axis.values)}")
 
     def arrange_parts(self) -> None:

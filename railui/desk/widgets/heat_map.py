@@ -18,6 +18,7 @@ from railui.desk.widgets.keys import hidden_bindings
 
 SHADES: Final = "·░▒▓█"
 PLAIN_SHADES: Final = ".:+%#"
+BLANK: Final = "blank: no result"
 MAX_LABEL_COLUMNS: Final = 11  # of the values at the left
 LABEL_DISTANCE: Final = 10  # columns from one value below to the next
 
@@ -132,14 +133,17 @@ copies the map as a table.
         return canvas.strips()
 
     def _write_legend(self, canvas: Canvas, levels: list[float]) -> None:
-        """Write the shades with the values between them."""
-        column, shades = 0, PLAIN_SHADES if self.is_plain else SHADES
-        for k in range(len(levels) + 1):
-            canvas.write(column, 1, shades[k] * 2, self._style(f"level{k}"))
-            text = f" {levels[k]:.4g} " if k < len(levels) else ""
-            canvas.write(column + 2, 1, text, self._style("label"))
-            column += 2 + len(text)
-        canvas.write(column + 2, 1, "blank: no result", self._style("label"))
+        """Write the shades with the values between them, and what a blank cell is where there is room for it."""
+        shades = PLAIN_SHADES if self.is_plain else SHADES
+        texts = [*(f" {level:.4g} " for level in levels), ""]
+        columns = 2 if 2 * len(texts) + sum(map(len, texts)) <= canvas.width else 1  # of a shade
+        column = 0
+        for k, text in enumerate(texts):
+            canvas.write(column, 1, shades[k] * columns, self._style(f"level{k}"))
+            canvas.write(column + columns, 1, text, self._style("label"))
+            column += columns + len(text)
+        if column + 2 + len(BLANK) <= canvas.width:
+            canvas.write(column + 2, 1, BLANK, self._style("label"))
 
     def _write_axes(self, canvas: Canvas, frame: Frame, data: MapData) -> None:
         label = self._style("label")

@@ -15,7 +15,7 @@ from railui.desk.panels.map_page import MapPage
 from railui.desk.panels.vehicle_page import VehiclePage
 from railui.desk.presenters.design_results import load_track
 from railui.desk.presenters.schematic import DRAWN_MOTION, Part, largest_motion, outlines, ride_motion
-from railui.desk.widgets.heat_map import HeatMap
+from railui.desk.widgets.heat_map import SHADES, HeatMap
 from railui.desk.widgets.plot import Plot
 from tests.desk.conftest import OpenDesk
 
@@ -88,6 +88,18 @@ async def test_rows_of_a_map_that_is_computed_again_are_not_mixed(open_desk: Ope
         expected = list(map_rows(panel.draft.design, *axes, [page.quantity], source, panel.conditions.speed))
         for row, right in zip(page.current.rows, expected, strict=True):
             np.testing.assert_array_equal(row[page.quantity], right[page.quantity])
+
+
+async def test_the_legend_of_a_map_is_whole_on_a_small_terminal(open_desk: OpenDesk, bogie: Path) -> None:
+    async with open_desk(bogie, size=(80, 24)) as keys:
+        panel, page = keys.desk.query_one(DesignPanel), keys.desk.query_one(MapPage)
+        picture = page.query_one(HeatMap)
+        panel.show_page("map")
+        await keys.wait_until(lambda: page.current is not None and page.current.is_complete)
+        await keys.wait_until_idle()
+        legend = picture._strips[1].text.split()
+        assert legend[::2] == list(SHADES) and len(legend) == 2 * len(SHADES) - 1
+        assert str(picture.border_subtitle).endswith("v quantity")
 
 
 async def test_a_part_is_drawn_where_it_moves() -> None:
