@@ -17,18 +17,23 @@ from railui.desk.presenters.design_results import load_track
 from railui.desk.presenters.schematic import DRAWN_MOTION, Part, largest_motion, outlines, ride_motion
 from railui.desk.widgets.heat_map import SHADES, HeatMap
 from railui.desk.widgets.plot import Plot
-from tests.desk.conftest import OpenDesk
+from tests.desk.conftest import Keyboard, OpenDesk
 
 pytestmark = pytest.mark.asyncio
 
 
+async def shown_map(keys: Keyboard) -> tuple[DesignPanel, MapPage, HeatMap]:
+    """Show the page of the map and wait until the map is complete."""
+    panel, page = keys.desk.query_one(DesignPanel), keys.desk.query_one(MapPage)
+    panel.show_page("map")
+    await keys.wait_until(lambda: page.current is not None and page.current.is_complete)
+    await keys.wait_until_idle()
+    return panel, page, page.query_one(HeatMap)
+
+
 async def test_a_map_shows_what_ride_computes_and_its_cursor_sets_the_form(open_desk: OpenDesk, bogie: Path) -> None:
     async with open_desk(bogie, size=(120, 40)) as keys:
-        panel, page = keys.desk.query_one(DesignPanel), keys.desk.query_one(MapPage)
-        picture = page.query_one(HeatMap)
-        panel.show_page("map")
-        await keys.wait_until(lambda: page.current is not None and page.current.is_complete)
-        await keys.wait_until_idle()
+        panel, page, picture = await shown_map(keys)
         data, known = picture.data, page.current
         assert data is not None and known is not None and data.own == (30e3, 40.0)
         screen = "\n".join(strip.text for strip in picture._strips)
@@ -92,11 +97,7 @@ async def test_rows_of_a_map_that_is_computed_again_are_not_mixed(open_desk: Ope
 
 async def test_the_legend_of_a_map_is_whole_on_a_small_terminal(open_desk: OpenDesk, bogie: Path) -> None:
     async with open_desk(bogie, size=(80, 24)) as keys:
-        panel, page = keys.desk.query_one(DesignPanel), keys.desk.query_one(MapPage)
-        picture = page.query_one(HeatMap)
-        panel.show_page("map")
-        await keys.wait_until(lambda: page.current is not None and page.current.is_complete)
-        await keys.wait_until_idle()
+        _, _, picture = await shown_map(keys)
         legend = picture._strips[1].text.split()
         assert legend[::2] == list(SHADES) and len(legend) == 2 * len(SHADES) - 1
         assert str(picture.border_subtitle).endswith("v quantity")
