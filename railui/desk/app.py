@@ -40,6 +40,7 @@ from railui.desk.state.draft import Draft
 from railui.desk.state.form_rows import typed_speed_unit
 from railui.desk.state.run_conditions import RunConditions
 from railui.desk.widgets.dialogs import ChoiceDialog, HelpDialog
+from railui.desk.widgets.plot import PLOT_CLASSES
 from railui.io.problems import FileProblems, file_problem
 
 MIN_COLUMNS = 60
@@ -51,6 +52,7 @@ class Desk(App[None]):
 
     CSS_PATH = "desk.tcss"
     TITLE = "railui"
+    COMPONENT_CLASSES: ClassVar[set[str]] = set(PLOT_CLASSES)
     HORIZONTAL_BREAKPOINTS = [(0, "-tiny"), (MIN_COLUMNS, "-narrow"), (100, "-mid"), (140, "-wide")]  # noqa: RUF012
     VERTICAL_BREAKPOINTS = [(0, "-flat"), (MIN_ROWS, "-low"), (36, "-high")]  # noqa: RUF012
     BINDINGS: ClassVar[list[Any]] = [

@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import statistics
 import time
+from typing import ClassVar
 
 import numpy as np
 from textual.app import App, ComposeResult
@@ -16,7 +17,7 @@ from textual.widget import Widget
 from textual_plot import HiResMode, PlotWidget
 
 from railui.desk.widgets.axis import Axis
-from railui.desk.widgets.plot import Plot
+from railui.desk.widgets.plot import PLOT_CLASSES, Plot
 from railui.desk.widgets.plot_data import Line, PlotData
 
 POINTS, PLOTS, ROUNDS = 2000, 6, 15
@@ -43,6 +44,7 @@ def show_textual_plot(plot: Widget, ys: list[np.ndarray]) -> None:
 class Bench(App[None]):
     """App with six plots."""
 
+    COMPONENT_CLASSES: ClassVar[set[str]] = set(PLOT_CLASSES)
     CSS = "Grid { grid-size: 3 2; } Plot { height: 1fr; width: 1fr; }"
 
     def __init__(self, is_railui: bool) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from rich.style import Style
 from textual import on
 from textual.app import ComposeResult
 from textual.containers import Grid
@@ -133,8 +132,7 @@ class StabilityPage(ResultPage):
         damping.show(damping_plot(*self.modes, known, speed))
         locus.show(locus_plot(*self.modes, speed))
         size = self._room(modes)
-        style = partial(_series_style, damping)
-        modes.update(modes_text(*self.modes, speed, style, size.width, size.height), layout=False)
+        modes.update(modes_text(*self.modes, speed, damping.style, size.width, size.height), layout=False)
 
     def _room(self, pane: Static) -> Size:
         """Return the size of a pane; while its page is hidden, the last one."""
@@ -163,10 +161,6 @@ def stability_layout(width: int, height: int, view: int) -> Layout:
         lower = PARTS[1 + view % (len(PARTS) - 1)]
         return Layout("1fr", f"1fr {MODE_ROWS}" if lower == "modes" else "1fr 1fr", (Placed("damping"), Placed(lower)))
     return Layout("1fr", "1fr", (Placed(PARTS[view % len(PARTS)]),))
-
-
-def _series_style(plot: Plot, role: str) -> Style:
-    return plot.get_component_rich_style(f"plot--{role}")
 
 
 def _keys(results: Comparison) -> tuple[str, str, float]:

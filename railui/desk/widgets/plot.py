@@ -20,12 +20,13 @@ from railui.desk.widgets.plot_data import ROLES, PlotData, drawn_lines
 from railui.desk.widgets.plot_drawing import PlotDrawing
 
 PARTS = ("axis", "grid", "label", "cursor", "band", "band-base")
+# of the app, not of each plot: Textual resolves those of a widget anew with every change of its styles
+PLOT_CLASSES = frozenset(f"plot--{part}" for part in (*PARTS, *ROLES))
 
 
 class Plot(Widget, can_focus=True):
-    """Plot in character cells with a cursor and zoom along the horizontal axis."""
+    """Plot in character cells with a cursor and zoom along the horizontal axis; its app has PLOT_CLASSES."""
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {f"plot--{part}" for part in (*PARTS, *ROLES)}
     BINDINGS: ClassVar[list[Any]] = [
         *hidden_bindings(
             ("left", "move(-1)", "Cursor"),
@@ -89,11 +90,11 @@ The mouse moves the cursor too; its wheel zooms.
         if not self.data.lines and not self.data.bands:
             rows = wrap(self.data.placeholder, width)[:height]
             for i, text in enumerate(rows, (height - len(rows) + 1) // 2):
-                canvas.write((width - len(text)) // 2, i, text, self._style("label"))
+                canvas.write((width - len(text)) // 2, i, text, self.style("label"))
             return canvas.strips()
         cursor = self.cursor if self.has_focus else None
         text = self.cursor_text() if cursor is not None else ""
-        styles = cache(self._style)  # of this drawing: looking one up takes as long as drawing a line
+        styles = cache(self.style)  # of this drawing: looking one up takes as long as drawing a line
         PlotDrawing(self.data, *self.scales(), styles, self.is_plain, cursor, text).draw(canvas)
         return canvas.strips()
 
@@ -102,8 +103,11 @@ The mouse moves the cursor too; its wheel zooms.
         """True if only ASCII characters are drawn."""
         return bool(getattr(self.app, "is_plain", False))
 
-    def _style(self, role: str) -> Style:
-        return self.get_component_rich_style(f"plot--{role}")
+    def style(self, role: str) -> Style:
+        """Return the colour of a role of `PLOT_CLASSES` on the background of the plot."""
+        background = self.background_colors[1]
+        colour = background + self.app.get_component_styles(f"plot--{role}").color
+        return Style.from_color(colour.rich_color, background.rich_color)
 
     # values
 
