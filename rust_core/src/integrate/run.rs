@@ -88,11 +88,12 @@ impl<F: Form> Along<'_, '_, '_, F> {
     /// Step a range of lanes together.
     #[inline(always)]
     fn step_lanes<P: Part>(run: &mut Run<'_, '_>, choice: &Choice<'_>, lanes: Range<usize>) {
-        let part = |at: usize| {
+        // a plain loop: each adapter of the library would get a copy of all that makes a part
+        let mut parts = Vec::new();
+        for at in lanes.step_by(P::WIDTH) {
             let moving = F::part::<P>(run.group, choice, run.inputs, at);
-            Rk4Part::new(run.group, run.initial, run.recorder, at, moving)
-        };
-        let mut parts: Vec<_> = lanes.step_by(P::WIDTH).map(part).collect();
+            parts.push(Rk4Part::new(run.group, run.initial, run.recorder, at, moving));
+        }
         run.along::<P, _, F>(&mut parts);
     }
 }

@@ -1,8 +1,11 @@
 //! Parts without vector instructions, as far as the compiler does not find some.
-use super::{Lanes, MAGIC, Part};
+use super::{Lanes, MAGIC, Part, Work};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Four lanes in plain Rust, for machines without AVX2.
+///
+/// Every operation is straight code: `map` and `from_fn` of arrays are loops, of which the step loop, where all is inlined,
+/// would have thousands, and compiling them took longer than all else.
 #[derive(Clone, Copy)]
 pub struct Portable([f64; 4]);
 
@@ -12,13 +15,7 @@ macro_rules! portable_op {
             type Output = Self;
             #[inline(always)]
             fn $op(self, o: Self) -> Self {
-                let (a, b) = (self.0, o.0);
-                Portable([
-                    $trait::$op(a[0], b[0]),
-                    $trait::$op(a[1], b[1]),
-                    $trait::$op(a[2], b[2]),
-                    $trait::$op(a[3], b[3]),
-                ])
+                self.with(o, $trait::$op)
             }
         }
     };
@@ -32,20 +29,31 @@ impl Neg for Portable {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Portable(self.0.map(|x| -x))
+        self.each(|x| -x)
     }
 }
 
 impl Portable {
     #[inline(always)]
+    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        let [a, b, c, d] = self.0;
+        Portable([f(a), f(b), f(c), f(d)])
+    }
+
+    #[inline(always)]
     fn with(self, o: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Portable(std::array::from_fn(|i| f(self.0[i], o.0[i])))
+        let (a, b) = (self.0, o.0);
+        Portable([f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2]), f(a[3], b[3])])
     }
 }
 
 impl Part for Portable {
     const WIDTH: usize = 4;
     type Single = Self;
+    #[inline(never)]
+    fn out_of_line(work: impl Work) {
+        work.run();
+    }
     #[inline(always)]
     fn splat(x: f64) -> Self {
         Portable([x; 4])
@@ -77,7 +85,8 @@ impl Part for Portable {
     }
     #[inline(always)]
     fn any_from(self, limit: Self) -> bool {
-        self.0.iter().zip(&limit.0).any(|(a, b)| a >= b)
+        let (a, b) = (self.0, limit.0);
+        (a[0] >= b[0]) | (a[1] >= b[1]) | (a[2] >= b[2]) | (a[3] >= b[3])
     }
     #[inline(always)]
     fn min(self, o: Self) -> Self {
@@ -89,11 +98,11 @@ impl Part for Portable {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Portable(self.0.map(f64::abs))
+        self.each(f64::abs)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Portable(self.0.map(f64::sqrt))
+        self.each(f64::sqrt)
     }
     #[inline(always)]
     fn copy_sign(self, s: Self) -> Self {
@@ -101,14 +110,15 @@ impl Part for Portable {
     }
     #[inline(always)]
     fn if_less(self, limit: Self, yes: Self, no: Self) -> Self {
-        Portable(std::array::from_fn(|i| if self.0[i] < limit.0[i] { yes.0[i] } else { no.0[i] }))
+        let one = |i: usize| if self.0[i] < limit.0[i] { yes.0[i] } else { no.0[i] };
+        Portable([one(0), one(1), one(2), one(3)])
     }
     #[inline(always)]
     fn round(self) -> Self {
-        Portable(self.0.map(|x| (x + MAGIC) - MAGIC))
+        self.each(|x| (x + MAGIC) - MAGIC)
     }
     #[inline(always)]
     fn exp2_whole(self) -> Self {
-        Portable(self.0.map(|x| f64::from_bits((x + (MAGIC + 1023.0)).to_bits() << 52)))
+        self.each(|x| f64::from_bits((x + (MAGIC + 1023.0)).to_bits() << 52))
     }
 }
