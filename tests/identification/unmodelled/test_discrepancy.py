@@ -24,7 +24,7 @@ CROSSED_DAMPING = effect("crossed_damping", "wheelset", damping=2e4)
 ACCELEROMETERS = ("ay1", "ay2", "ayf")
 BRIEF = {"seed": 47047, "seconds": (40.0, 30.0)}  # s
 ORDERS = {
-    "wet patches": Order(effects=(WET_PATCHES,), seed=47047, without=ACCELEROMETERS),
+    "wet patches": Order(effects=(WET_PATCHES,), without=ACCELEROMETERS, **BRIEF),
     "slightly wet patches": Order(effects=(SLIGHTLY_WET_PATCHES,), without=ACCELEROMETERS, **BRIEF),
     "crossed damping": Order(effects=(CROSSED_DAMPING,), without=ACCELEROMETERS, **BRIEF),
     "noisy displacements": Order(without=ACCELEROMETERS, stated=1.0 / 3.0, **BRIEF),
