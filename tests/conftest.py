@@ -1,4 +1,4 @@
-"""Settings of all tests: one thread of BLAS as on the command line, SIGINT enabled, examples of hypothesis drawn alike.
+"""Settings of all tests: SIGINT enabled, examples of hypothesis drawn alike, garbage collected after the tests are.
 
 RAILUI_HYPOTHESIS=random draws other examples in every run, as `make fuzz` does.
 """
@@ -10,11 +10,7 @@ import signal
 import pytest
 from hypothesis import settings
 
-from railui.__main__ import SINGLE_THREADED_BLAS
 from tests.file_fixtures import *  # noqa: F403
-
-for name, count in SINGLE_THREADED_BLAS.items():
-    os.environ.setdefault(name, count)
 
 # a shell without a terminal starts background processes with SIGINT ignored, which tested commands would inherit
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
