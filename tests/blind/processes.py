@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -11,9 +10,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def process_pool(processes: int, *, max_tasks_per_child: int | None = None) -> Iterator[ProcessPoolExecutor]:
-    """Yield processes of one linear-algebra thread each; what is queued is given up where the block raises."""
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # the processes inherit it
+    """Yield processes; what is queued is given up where the block raises."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, context, max_tasks_per_child=max_tasks_per_child) as pool:
         try:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
-import os
 import tempfile
 import time
 from collections.abc import Sequence
@@ -240,8 +239,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     rows: list[Row] = read_rows(options.output, Row) if options.output else []
     done = {row.seed for row in rows}
     seeds = [s for s in range(options.seed, options.seed + options.cases) if s not in done]
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # the processes inherit it
     with multiprocessing.get_context("spawn").Pool(options.processes) as pool:
         for found in pool.imap_unordered(run_case, seeds):
             print(*found, sep="\n", flush=True)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
-import os
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -204,8 +203,6 @@ def _rms_line(path: str, z: NDArray[np.float64]) -> str:
 
 def run_trial(jobs: Sequence[Job], processes: int) -> Iterator[list[Row]]:
     """Run parts of plans in processes and yield their rows."""
-    for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")  # the processes inherit it
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
         yield from pool.imap_unordered(run_plan, jobs)
 

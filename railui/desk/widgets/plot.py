@@ -104,7 +104,7 @@ The mouse moves the cursor too; its wheel zooms.
         return bool(getattr(self.app, "is_plain", False))
 
     def style(self, role: str) -> Style:
-        """Return the colour of a role of `PLOT_CLASSES` on the background of the plot."""
+        """Return the style of a part or role: its colour among those of the app on the background of the plot."""
         background = self.background_colors[1]
         colour = background + self.app.get_component_styles(f"plot--{role}").color
         return Style.from_color(colour.rich_color, background.rich_color)
