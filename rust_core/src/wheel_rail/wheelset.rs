@@ -307,18 +307,13 @@ impl<'a, P: Part> Contacts<'a, P> {
         if row[1] != self.row_speed {
             self.set_speed(row[1]);
         }
-        let (at, track) = (self.at, &Passing { row, speed: self.speed });
-        for (wheelset, contact) in self.wheelsets.iter().zip(&self.terms) {
-            P::out_of_line(Wheels { wheelset, at, contact, track, n, x, dx });
-        }
+        P::out_of_line(Wheels { contacts: self, row, n, x, dx });
     }
 }
 
 struct Wheels<'l, P> {
-    wheelset: &'l WheelsetLanes,
-    at: usize,
-    contact: &'l (Contact<P>, AtSpeed<P>),
-    track: &'l Passing<'l, P>,
+    contacts: &'l Contacts<'l, P>,
+    row: &'l [f64],
     n: usize,
     x: &'l [P; STATES],
     dx: &'l mut [P; STATES],
@@ -327,6 +322,10 @@ struct Wheels<'l, P> {
 impl<P: Part> Work for Wheels<'_, P> {
     #[inline(always)]
     fn run(self) {
-        self.wheelset.add(self.at, self.contact, self.track, self.n, self.x, self.dx);
+        let Wheels { contacts, row, n, x, dx } = self;
+        let track = Passing { row, speed: contacts.speed };
+        for (wheelset, contact) in contacts.wheelsets.iter().zip(&contacts.terms) {
+            wheelset.add(contacts.at, contact, &track, n, x, dx);
+        }
     }
 }
