@@ -32,7 +32,7 @@ Run = Callable[[], Answers]
 
 @dataclass(frozen=True)
 class Peer:
-    """Return the peers and their share of the job."""
+    """A program, and how much of a job it simulates."""
 
     name: str
     version: str
@@ -56,7 +56,7 @@ PEERS = (
 
 @dataclass(frozen=True)
 class Row:
-    """Measure the time of a peer for a job."""
+    """Time of a program for a job, and its difference from the kernel."""
 
     peer: Peer
     ns: float  # per design-step
