@@ -50,9 +50,13 @@ class InitialStateSensitivity:
     inverse: FloatArray
     eliminating: FloatArray
 
-    def estimate(self, series: FloatArray) -> FloatArray:
-        """Estimate the initial states [..., state], in usual sizes, that explain series [..., channel, n] best."""
-        return np.asarray(self._products(series) @ self.inverse)
+    def estimate(self, series: FloatArray, start: FloatArray | float = 0.0) -> FloatArray:
+        """Estimate the initial states [..., state], in usual sizes, that explain series [..., channel, n] best.
+
+        start: state [state] in usual sizes to which the estimate is added. The ridge then acts on their sum: on the
+        estimate alone, states that the series hardly determine would grow from one correction to the next.
+        """
+        return np.asarray((self._products(series) - start) @ self.inverse)
 
     def project_out(self, series: FloatArray) -> FloatArray:
         """Subtract from series [..., channel, n] the part that an initial state explains."""
@@ -206,25 +210,24 @@ def reprepare_segments(context: Context, model: Model, prepared: Sequence[FitSeg
 def estimate_window_start(context: Context, model: Model, target: FitSegment, corrections: int = 1) -> FitSegment:
     """Correct the initial state of a window by linear least squares, some times with the same sensitivity.
 
+    That of a vehicle is the least-squares estimate with the ridge of usual motions, from any state before it.
+
     Raises
     ------
     DivergedError
         Where the vehicle diverges.
     """
-    sensitivity, correction = _start_correction(context, model, target)
-    corrected = _with_correction(target, sensitivity, correction)
+    sensitivity, residual = _sensitivity_to_start(context, model, target)
     scale = state_scale(context.settings.initial_state, target.segment, model)
-    for _ in range(corrections - 1):
-        residual = target.measured - _simulate_from_start(model, corrected)
-        corrected = _with_correction(corrected, sensitivity, scale * sensitivity.estimate(residual))
+    n, start = len(scale), target.initial_state.copy()
+    corrected = replace(target, initial_sensitivity=sensitivity)
+    for remaining in reversed(range(corrections)):
+        usual = 0.0 if target.segment.is_rig else start[:n] / scale
+        start[:n] += scale * sensitivity.estimate(residual, usual)
+        corrected = replace(corrected, initial_state=start.copy())
+        if remaining:
+            residual = target.measured - _simulate_from_start(model, corrected)
     return corrected
-
-
-def _with_correction(target: FitSegment, sensitivity: InitialStateSensitivity, correction: FloatArray) -> FitSegment:
-    """Return the segment with its initial state corrected, and this sensitivity to it."""
-    start = target.initial_state.copy()
-    start[: len(correction)] += correction
-    return replace(target, initial_state=start, initial_sensitivity=sensitivity)
 
 
 def improve_start(context: Context, model: Model, target: FitSegment) -> FitSegment:
@@ -264,6 +267,15 @@ def settle_start(context: Context, model: Model, target: FitSegment) -> FitSegme
 
 def _start_correction(context: Context, model: Model, target: FitSegment) -> tuple[InitialStateSensitivity, FloatArray]:
     """Sensitivity to the initial state, and its correction [state] by linear least squares."""
+    sensitivity, residual = _sensitivity_to_start(context, model, target)
+    scale = state_scale(context.settings.initial_state, target.segment, model)
+    return sensitivity, np.asarray(scale * sensitivity.estimate(residual))
+
+
+def _sensitivity_to_start(
+    context: Context, model: Model, target: FitSegment
+) -> tuple[InitialStateSensitivity, FloatArray]:
+    """Sensitivity to the initial state, and the residual [channel, n]."""
     scale = state_scale(context.settings.initial_state, target.segment, model)
     simulated, rows = sensitivities_to_start(model, target, scale)
     if target.sensitivity_steps != target.steps:
@@ -273,7 +285,7 @@ def _start_correction(context: Context, model: Model, target: FitSegment) -> tup
     inverse = _inverse_with_usual_motions(gram, is_rig=is_rig)
     is_free = is_rig and not target.is_window
     sensitivity = InitialStateSensitivity(rows, inverse, scaled_inverse(gram) if is_free else inverse)
-    return sensitivity, np.asarray(scale * sensitivity.estimate(target.measured - simulated))
+    return sensitivity, target.measured - simulated
 
 
 def _inverse_with_usual_motions(gram: FloatArray, *, is_rig: bool) -> FloatArray:

@@ -17,7 +17,7 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.gauss_newton import MAX_ITERATIONS
 from railui.identification.estimation.leave_one_out import change_of_estimates
 from railui.identification.estimation.problem import FitSegment, adapt_to_model, channel_power
-from railui.identification.prediction import SimulationError
+from railui.identification.prediction import DivergedError, SimulationError
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.score_result import ScoreResult
 from railui.identification.structure.score_test import ScoreTestResult
@@ -76,10 +76,16 @@ def refit_candidates(
 ) -> list[Refit]:
     """Fit the candidates with the best scores, those near the least misfit to convergence; return the best first.
 
+    None is fitted where the vehicle without effect diverges on the first part of the runs: no misfit is known then.
+
     with_absorbed: fit springs and dampers that estimation absorbs as well, where much is left on the validation runs.
     """
     settings, progress = context.settings.refit, context.progress
-    screening = ScreeningFits(context, fit)
+    try:
+        screening = ScreeningFits(context, fit)
+    except DivergedError as error:
+        progress.message(f"no candidate is fitted: {error}")
+        return []
     selected = select_candidates(settings, scores, every=fit.model.design.kind == "rig")
     for s in selected:
         progress.event(s)

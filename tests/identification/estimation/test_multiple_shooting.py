@@ -68,6 +68,16 @@ def test_the_initial_state_of_a_window_is_projected_out(hunting: Dataset):
     assert np.sum(window.without_initial_state(made) ** 2) < 1e-4 * np.sum(made**2)
 
 
+def test_the_initial_state_of_a_window_does_not_depend_on_the_state_it_is_corrected_from(hunting: Dataset) -> None:
+    """With a ridge on the corrections, states that the window hardly determines would grow with each of them."""
+    context, model = create_context(hunting), Model(hunting.campaign.design)
+    (whole,) = hunting.estimation
+    ready = prepare_segments(context, model, cut_into_windows([whole], {whole.segment_key.name}, 3.0))[5]
+    once = estimate_window_start(context, model, ready)
+    often = estimate_window_start(context, model, ready, corrections=30)
+    assert np.allclose(often.initial_state, once.initial_state, rtol=1e-3, atol=1e-6)
+
+
 def test_a_window_on_which_the_vehicle_diverges_refuses_the_point(hunting: Dataset):
     (whole,) = hunting.estimation
     context, model = create_context(hunting), Model(hunting.campaign.design)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -11,12 +12,16 @@ import pytest
 from railui.campaign.settings.detection import RefitSettings, SelectionSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit, NormalEquations
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.refit import (
     Refit,
     cross_validation_errors,
     cross_validation_nrmse,
+    refit_candidates,
     refit_leading_first,
 )
+from railui.progress import Progress
+from tests.blind.simulated import calibrated, simulated_campaign
 
 BLOCKS, SAMPLES = 10, 30
 PRIOR, PRIOR_SD = np.array([1.0, -0.5, 0.0]), np.array([0.3, 0.05, np.inf])
@@ -52,6 +57,18 @@ def test_the_cross_validated_error_of_runs_with_different_channels_is_that_of_ea
     errors = np.array([[8.0, 99.0, 9.0], [10.0, 0.0, 0.0]])  # [block, channel]
     refit = cast(Refit, SimpleNamespace(fit=SimpleNamespace(segments=segments), block_errors=errors))
     assert cross_validation_nrmse(refit) == pytest.approx(np.sqrt((18.0 / 72.0 + 9.0 / 36.0) / 2))
+
+
+def test_no_candidate_is_fitted_to_a_vehicle_that_diverges() -> None:
+    class Lines(Progress):
+        def message(self, text: str) -> None:
+            lines.append(text)
+
+    lines: list[str] = []
+    fit, context = calibrated(), replace(simulated_campaign().context, progress=Lines())
+    light = fit.model.with_path_values(["vehicle.frame.mass"], np.array([0.1]))  # kg: stiff beyond the steps of the fit
+    assert refit_candidates(context, replace(fit, model=light), NO_SCORE_TEST) == []
+    assert lines[-1].startswith("no candidate is fitted: the vehicle diverges")
 
 
 def fit_of_misfit(rss: float) -> Fit:
