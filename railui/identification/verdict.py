@@ -82,15 +82,15 @@ def explained_share(before: Validation, after: Validation, floor: NoiseFloor) ->
     Explained or None
         None where the calibrated model is at the noise floor, so that there is nothing to explain, or where the final
         model diverges. The standard error is that of a ratio over blocks of time, with the spread of the floor. An
-        unknown floor (NaN) counts as zero: the share is a lower bound.
+        unknown floor (NaN) counts as zero: the share is a lower bound; an unknown spread of the floor is left out.
     """
     if not np.isfinite(after.nrmse):
         return None
     has_blocks = np.isfinite(before.nrmse)
     squared = before.nrmse**2 if has_blocks else NO_MOTION
-    level, spread = (floor.nrmse, floor.sd) if np.isfinite(floor.nrmse) else (0.0, 0.0)
+    level, spread = (floor.nrmse, np.nan_to_num(floor.sd)) if np.isfinite(floor.nrmse) else (0.0, 0.0)
     total = squared - level**2
-    if total <= 2.0 * level * spread:
+    if total <= max(2.0 * level * spread, 0.0):
         return None
     ratio = (squared - after.nrmse**2) / total
     value = float(np.clip(ratio, 0.0, 1.0))

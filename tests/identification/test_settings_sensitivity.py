@@ -212,7 +212,7 @@ def test_each_setting_is_varied_by_a_fifth(name: str, directory: Path):
     dataset = read_dataset(load_campaign(directory))
     reference = run_reference(dataset)
     concluded = outcome(reference.result)
-    assert concluded.verdict in ("effect", "none", "outside")
+    assert concluded.verdict in ("effect", "partial", "none", "outside")
     if name in REFERENCES:
         assert (concluded.verdict, list(concluded.effects)) == REFERENCES[name]
     unread = [setting for setting in SETTINGS if setting not in reference.read]

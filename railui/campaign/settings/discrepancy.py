@@ -26,9 +26,7 @@ class DriftSettings:
         "12 time constants, 0.31 at 3",
     )
     drift_iterations: int = setting(4, minimum=1, meaning="Gauss-Newton iterations that refine a drift.")
-    max_drift: float = setting(
-        0.9, maximum=0.999, meaning="Share of its value that a positive parameter may lose by a drift."
-    )
+    max_drift: float = setting(0.9, maximum=0.999, meaning="Share of its value that a parameter may lose by a drift.")
     drift_draws: int = setting(
         40, minimum=10, meaning="Random-sign draws behind the share of a drift that chance explains."
     )

@@ -196,8 +196,9 @@ class _Valley:
             lacking = expected + target.without_initial_state(series[0] - series[1:])
             is_known = (diverged[1:] < 0) & np.isfinite(lacking).all(axis=(1, 2))
             for k, center in enumerate(centers):
-                rows = optimiser.sensitivities(target, center).converged()[1:]
-                inner[k] = np.tensordot(rows, rows, ([1, 2], [1, 2]))
-                some = (group == k) & is_known
-                found[some] = np.tensordot(lacking[some], rows, ([1, 2], [1, 2]))
+                with contextlib.suppress(DivergedError):  # the other centers are left
+                    rows = optimiser.sensitivities(target, center).converged()[1:]
+                    inner[k] = np.tensordot(rows, rows, ([1, 2], [1, 2]))
+                    some = (group == k) & is_known
+                    found[some] = np.tensordot(lacking[some], rows, ([1, 2], [1, 2]))
         return inner, found

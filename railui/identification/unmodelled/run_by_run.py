@@ -111,7 +111,8 @@ def _single_parameter(
                 alone[run] = refit
         if len(alone) == len(fits):
             path = next(iter(ratios))
-            return RunDependence(path, ratios, _estimates(context, path, alone, chosen), p_of[path], validation)
+            family_wise = min(len(p_of) * max(p_of[p] for p in ratios), 1.0)  # all of the group have to differ
+            return RunDependence(path, ratios, _estimates(context, path, alone, chosen), family_wise, validation)
     return None
 
 

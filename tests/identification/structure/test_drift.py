@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
+from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.validation import validate
-from railui.identification.structure.drift import Drift, validate_drift
+from railui.identification.structure.drift import Drift, _limits, validate_drift
 from railui.vehicle.design_reader import PlacedEffect
 from tests.blind.simulated import simulated_campaign
 
@@ -26,6 +30,13 @@ def test_a_constant_parameter_validates_as_the_model_does_with_the_phases_of_its
     plain = validate(case.context, model, segments)
     varying = validate_drift(case.context, model, constant(model.value(STIFFNESS)), segments)
     assert varying.nrmse == pytest.approx(plain.nrmse, rel=1e-6)
+
+
+@pytest.mark.parametrize(("constant", "limits"), [(10.0, (1.0, 100.0)), (-10.0, (-100.0, -1.0))])
+def test_a_tenth_of_a_drifting_parameter_remains_whatever_its_sign(constant: float, limits: tuple[float, float]):
+    free = SimpleNamespace(paths=[STIFFNESS], low=np.array([-100.0]), high=np.array([100.0]))
+    fit = cast(Fit, SimpleNamespace(free=free, x=np.array([constant])))
+    assert _limits(simulated_campaign().context, fit, STIFFNESS) == pytest.approx(limits)
 
 
 def test_a_vehicle_that_diverges_on_the_way_has_an_undefined_error():
