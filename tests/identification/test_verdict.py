@@ -93,9 +93,12 @@ def test_the_share_explained_lies_between_none_and_all(after: tuple[float, float
     assert explained is not None and explained.value == value
 
 
-@pytest.mark.parametrize("sd", [0.01, np.nan])  # NaN: of one realisation
-def test_nothing_is_to_be_explained_at_the_noise_floor(sd: float):
-    assert explained_share(validation(0.005, 0.0049), validation(0.005, 0.005), floor(0.1, sd=sd)) is None
+def test_nothing_is_to_be_explained_at_the_noise_floor():
+    assert explained_share(validation(0.005, 0.0051), validation(0.005, 0.005), floor(0.1, sd=0.01)) is None
+
+
+def test_nothing_is_to_be_explained_below_a_floor_of_one_realisation():
+    assert explained_share(validation(0.005, 0.0049), validation(0.005, 0.005), floor(0.1, sd=np.nan)) is None
 
 
 def test_a_calibrated_model_that_diverges_counts_as_one_that_does_not_move():

@@ -2,59 +2,50 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from railui.arrays import ComplexArray, FloatArray
+from railui.track.spectra import spectrum_density
 from railui.vehicle.design_reader import load_design
 from railui.vehicle.model import Model
-from railui.vehicle.state_space import state_space
+from railui.vehicle.transfer import linearise
 
 SPEED = 40.0  # m/s
-LENGTHS = (3.0, 150.0)  # m, wavelengths of the track
-CHANNELS = ("e1", "e2", "d1", "d2")
-DESIGNS = Path(__file__).parents[2] / "designs"
-
-
-def track_spectra(wave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Spectra of ERRI B176, low: alignment [m^2/(rad/m)] and cross-level [rad^2/(rad/m)] at wave numbers [rad/m]."""
-    c, r, s = 0.8246, 0.0206, 0.4380
-    shape = c**2 / ((wave**2 + r**2) * (wave**2 + c**2))
-    return 2.119e-7 * shape, 4.032e-7 / 0.75**2 * shape * wave**2 / (wave**2 + s**2)
+WAVE = np.linspace(2 * np.pi / 150.0, 2 * np.pi / 3.0, 2000)  # rad/m
+TEST_BOGIE = Path(__file__).parents[2] / "designs/test_bogie.yaml"
+SLOPES = {"yw": 1, "phiw": 3}  # columns dyw/ds, dphiw/ds of B
 
 
 def test_the_moment_by_the_roll_of_the_track_changes_displacements_by_five_to_eight_percent() -> None:
-    """I_ya V/r times the roll rate: I_ya omega phi', phi = phi_w - sigma (y - y_w - r phi_w)/b."""
-    design = load_design(DESIGNS / "test_bogie.yaml")
-    system = state_space(Model(design), SPEED, CHANNELS)
-    A, B, C, D = system.matrices()
-    I_za, I_ya = (design.values[f"vehicle.wheelset.{axis}_inertia"] for axis in ("yaw", "spin"))
-    r, b, a = (design.values[f"vehicle.geometry.{x}"] for x in ("rolling_radius", "half_gauge", "half_wheelbase"))
-    sigma = design.values["contact.leading.roll"]
-    inputs, states = list(system.inputs), list(system.states)
-    slopes = {x: [inputs.index(f"d{x}_ds.{i}") for i in (1, 2)] for x in ("yw", "phiw")}
-    levels = {x: [inputs.index(f"{x}.{i}") for i in (1, 2)] for x in ("yw", "phiw")}
-    rates = [states.index(f"dpsi{i}_dt") for i in (1, 2)]
+    """A wheelset that spins with V/r and rolls adds -I_ya (V/r) phi' to the left of (3.1), by Euler's equations.
+
+    With phi = phi_w - sigma (y - y_w - r phi_w)/b this is G (y' - y_w') - I_ya (V/r) (1 + sigma r/b) phi_w', of which
+    the model has G y'.
+    """
+    model = Model(load_design(TEST_BOGIE))
+    vehicle = linearise(model, SPEED, ("e1", "e2", "d1", "d2"))
+    value = model.design.values
+    I_ya, I_za = value["vehicle.wheelset.spin_inertia"], value["vehicle.wheelset.yaw_inertia"]
+    r, b = value["vehicle.geometry.rolling_radius"], value["vehicle.geometry.half_gauge"]
+    sigma = value["contact.leading.roll"]
     G = I_ya * SPEED * sigma / (b * r)
-    full = B.copy()
-    for row, y, phi in zip(rates, slopes["yw"], slopes["phiw"], strict=True):
-        full[row, y] += G * SPEED / I_za
-        full[row, phi] += I_ya * SPEED / r * (1.0 + sigma * r / b) * SPEED / I_za
+    B = vehicle.B.copy()
+    dofs = list(model.vehicles().degrees_of_freedom(model.single_batch()))
+    for wheelset, psi in enumerate(("psi1", "psi2")):
+        row = len(dofs) + dofs.index(psi)
+        B[wheelset, SLOPES["yw"], row] += SPEED * G / I_za
+        B[wheelset, SLOPES["phiw"], row] += SPEED * (I_ya * SPEED / r) * (1.0 + sigma * r / b) / I_za
 
-    wave = np.linspace(2 * np.pi / LENGTHS[1], 2 * np.pi / LENGTHS[0], 2000)
-    resolvent = C @ np.linalg.inv(1j * wave[:, None, None] * SPEED * np.eye(len(A)) - A)
-    behind = np.exp(-1j * wave[:, None] * np.array([0.0, 2 * a]))
+    density = np.stack([spectrum_density("erri_b176_low", q, WAVE) for q in SLOPES], axis=1)
 
-    def response(inputs_of: np.ndarray, x: str) -> np.ndarray:
-        """Transfer [wave number, channel] from alignment or cross-level to the channels."""
-        each = resolvent @ inputs_of + D
-        by_wheelset = each[..., levels[x]] + 1j * wave[:, None, None] * each[..., slopes[x]]
-        return (by_wheelset * behind[:, None, :]).sum(axis=-1)
+    def rms(transfer: ComplexArray) -> FloatArray:
+        """Root of the power [channel], but for a factor, of transfer functions [wave number, channel, input]."""
+        return np.asarray(np.sqrt(np.einsum("wci,wi->c", np.abs(transfer[..., :2]) ** 2, density)))
 
-    def rms(of: dict[str, np.ndarray]) -> np.ndarray:
-        densities = [np.abs(of[x]) ** 2 * s[:, None] for x, s in zip(of, track_spectra(wave), strict=True)]
-        return np.sqrt(np.sum(densities, axis=(0, 1)))
-
-    with_moment, without = ({x: response(m, x) for x in ("yw", "phiw")} for m in (full, B))
-    change = rms({x: with_moment[x] - without[x] for x in without}) / rms(without)
+    frequency = WAVE * SPEED / (2 * np.pi)
+    without, with_moment = vehicle.transfer(frequency), replace(vehicle, B=B).transfer(frequency)
+    change = rms(with_moment - without) / rms(without)
     assert np.all((change > 0.05) & (change < 0.08)), change

@@ -210,7 +210,8 @@ def reprepare_segments(context: Context, model: Model, prepared: Sequence[FitSeg
 def estimate_window_start(context: Context, model: Model, target: FitSegment, corrections: int = 1) -> FitSegment:
     """Correct the initial state of a window by linear least squares, some times with the same sensitivity.
 
-    That of a vehicle is the least-squares estimate with the ridge of usual motions, from any state before it.
+    That of a vehicle is the least-squares estimate with the ridge of usual motions, from any state before it; of a rig,
+    of whose equilibrium nothing is known, the ridge acts on the corrections.
 
     Raises
     ------
