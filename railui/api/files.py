@@ -30,16 +30,26 @@ def check(*files: str | Path, progress: Progress = SILENT) -> tuple[Problem, ...
     >>> check("designs/test_bogie.yaml", "designs/studies/test_bogie.yaml")
     ()
     """
-    from railui.capture.processing.sensor_map import load_map
     from railui.documents.check import check as check_files
-    from railui.fleet.check import check_fleet
     from railui.track import parse_spec
 
     readers: dict[str, Callable[[str | Path], object]] = {
-        "map": load_map,
-        "fleet": partial(check_fleet, progress=progress),
+        "map": _load_map,
+        "fleet": partial(_check_fleet, progress=progress),
     }
     return tuple(check_files(files, check_track=parse_spec, readers=readers))
+
+
+def _load_map(path: str | Path) -> object:
+    from railui.capture.processing.sensor_map import load_map
+
+    return load_map(path)
+
+
+def _check_fleet(path: str | Path, progress: Progress) -> object:
+    from railui.fleet.check import check_fleet
+
+    return check_fleet(path, progress)
 
 
 def diff(a: str | Path, b: str | Path) -> list[dict[str, Any]]:

@@ -47,7 +47,7 @@ class CalibrationSettings:
         meaning="Gains like the last that leave a fit above its limit of the misfit where it is given up.",
     )
     bias_draws: int = setting(
-        3, minimum=1, meaning="Pairs of noise realisations behind the bias of the estimates from track noise."
+        3, minimum=2, meaning="Pairs of noise realisations behind the bias of the estimates from track noise."
     )
     bias_misfit_share: float = setting(
         0.02,

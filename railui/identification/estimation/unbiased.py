@@ -21,6 +21,7 @@ from railui.identification.prediction import DivergedError
 from railui.parallel import map_threads
 
 BIAS_SEED = 17
+MIN_REALISATIONS = 2  # one has no spread
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +104,7 @@ def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> No
 
     With the response f(y) to a track y and its sensitivities S(y), a record y + n of the true track y gives
     S(y + n)' (f(y) - f(y + n)). The mean over n and -n is free of what is odd in n. Realisations on which the vehicle
-    diverges are left out; zeros where it diverges on all those of a segment.
+    diverges are left out; zeros where fewer than two of a segment remain, whose spread is unknown.
     """
     noise, draws = context.noise, context.settings.calibration.bias_draws
     none = NoiseScores(np.zeros(len(fit.x)), np.zeros((0, len(fit.x))))
@@ -134,11 +135,11 @@ def track_noise_scores(context: Context, fit: Fit, optimiser: GaussNewton) -> No
     tasks = list(product(range(len(segments)), range(draws)))
     scores = np.reshape(list(map_threads(score, tasks, context.jobs)), (len(segments), draws, -1))
     is_valid = np.isfinite(scores).all(axis=2)
-    if not is_valid.any(axis=1).all():
+    if is_valid.sum(axis=1).min() < MIN_REALISATIONS:
         context.progress.message("the vehicle diverges on track with noise: no bias is subtracted from the estimates")
         return none
     known = [one[valid] for one, valid in zip(scores, is_valid, strict=True)]
-    deviations = [(x - x.mean(axis=0)) / np.sqrt(len(x) * max(len(x) - 1, 1)) for x in known]
+    deviations = [(x - x.mean(axis=0)) / np.sqrt(len(x) * (len(x) - 1)) for x in known]
     return NoiseScores(np.sum([x.mean(axis=0) for x in known], axis=0), np.concatenate(deviations))
 
 

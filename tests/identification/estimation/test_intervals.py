@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -27,7 +28,7 @@ from railui.identification.estimation.unbiased import (
     track_noise_scores,
     with_unbiased_estimates,
 )
-from railui.identification.prediction import required_steps
+from railui.identification.prediction import Simulation, required_steps
 from tests.truth.campaign import Campaign, Order, campaign, write
 from tests.truth.files import paths
 
@@ -112,6 +113,25 @@ def test_no_stated_track_noise_gives_no_bias(tmp_path):
     exact = {c: sd for c, sd in context.noise.items() if c not in TRACK}
     context = replace(context, dataset=replace(context.dataset, noise=exact))
     assert not track_noise_scores(context, fit, None).mean.any()
+
+
+@pytest.mark.parametrize(("realisations", "is_subtracted"), [(1, False), (2, True)])
+def test_a_bias_needs_two_realisations_on_which_the_vehicle_does_not_diverge(
+    realisations, is_subtracted, tmp_path, monkeypatch
+):
+    context, fit = fitted(noisy_track(), tmp_path)
+    optimiser, calls = GaussNewton.of_fit(context, fit), Counter()
+    simulate = optimiser.sensitivities
+
+    def sensitivities(target, x, table):
+        calls[target.segment.number] += 1
+        series, diverged = simulate(target, x, table)
+        is_valid = calls[target.segment.number] <= 2 * realisations  # each with noise of both signs
+        return Simulation(series, diverged if is_valid else np.zeros_like(diverged))
+
+    monkeypatch.setattr(optimiser, "sensitivities", sensitivities)
+    scores = track_noise_scores(context, fit, optimiser)
+    assert scores.mean.any() == scores.deviations.any() == is_subtracted
 
 
 def test_the_error_of_the_bias_falls_with_the_root_of_the_number_of_draws(tmp_path):
