@@ -109,7 +109,7 @@ def bogie_eigenvalues() -> Iterator[Check]:
         least = max((m for m in modes if m["imag"] > 0), key=lambda m: float(m["real"]))
         computed = (least["real"], least["imag"], min(m["real"] for m in modes))
         yield Check(
-            f"bogie at {v:g} m/s, least damped oscillation [1/s, rad/s]", expected[:2], computed[:2], BROERSEN, 5e-6
+            f"bogie at {v:g} m/s, least stable oscillation [1/s, rad/s]", expected[:2], computed[:2], BROERSEN, 5e-6
         )
         yield Check(f"bogie at {v:g} m/s, most negative eigenvalue [1/s]", expected[2], computed[2], BROERSEN, 5e-4)
     critical = critical_speeds(model, model.row[None], 90.0)[0]

@@ -29,7 +29,7 @@ def decrement(root: complex) -> float | None:
 
 
 def modes_at(model: Model, speed: float) -> list[dict[str, Any]]:
-    """Return the modes of a vehicle at a speed [m/s], least damped first, one for each pair of eigenvalues.
+    """Return the modes of a vehicle at a speed [m/s], least stable first, one for each pair of eigenvalues.
 
     Keys: real [1/s], imag [rad/s, >= 0], decrement (None without oscillation), frequency [Hz], damping (ratio), shape.
     """

@@ -88,7 +88,7 @@ class Campaign:
 
 
 def decay(vehicle: Vehicle, V: float) -> float:
-    """Decay of the least damped small oscillation, 1/s; negative where the linear vehicle hunts."""
+    """Decay of the least stable small oscillation, 1/s; negative where the linear vehicle hunts."""
     result = Bogie([vehicle]).eigenvalues(V)[0]
     swinging = result.real[np.abs(result.imag) > 1e-6]
     return -float(swinging.max(initial=-np.inf))

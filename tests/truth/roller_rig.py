@@ -94,7 +94,7 @@ def rate(c: Rig, x: Array, V: Array | float, u: Array | float, du: Array | float
 
 
 def growth(c: Rig, V: float) -> float:
-    """Growth rate [1/s] of the least damped small motion at a speed, from differences of `rate`."""
+    """Growth rate [1/s] of the least stable small motion at a speed, from differences of `rate`."""
     h = 1e-6
     A = np.stack([rate(c, h * x, V, 0.0, 0.0, linear=True) / h for x in np.eye(4)], axis=1)
     return float(np.linalg.eigvals(A).real.max())

@@ -21,7 +21,7 @@ class CalibrationSettings:
         unit="1/s",
         minimum=None,
         maximum=0.0,
-        meaning="Largest growth rate of the least damped mode that a fit over whole runs may reach.",
+        meaning="Largest growth rate of the least stable mode that a fit over whole runs may reach.",
     )
     max_steps_per_sample: int = setting(
         16,

@@ -21,7 +21,7 @@ MAX_ROUNDS = 3  # of cutting further segments into windows
 
 
 def max_growth_rate(model: Model, segment: Segment) -> float:
-    """Growth rate [1/s] of the least damped small motion at the speeds of a segment; negative: it decays."""
+    """Growth rate [1/s] of the least stable small motion at the speeds of a segment; negative: it decays."""
     on_segment = model.on_segment(*segment.segment_key)
     return max(on_segment.growth_rate(v) for v in segment.speeds)
 
@@ -51,7 +51,7 @@ def windowed_files(fit: Fit) -> list[str]:
 
 
 def windowed_growth_rate(context: Context) -> float:
-    """Growth rate [1/s] of the least damped motion from which a fit goes by windows.
+    """Growth rate [1/s] of the least stable motion from which a fit goes by windows.
 
     Where sprung bodies decay slowly at any speed, only an unstable motion counts.
     """
