@@ -19,7 +19,7 @@ from railui.identification.residual.line_power import (
     line_power,
 )
 
-HARMONICS = (1, 2, 3)
+HARMONICS = 3  # the fundamental is the first
 
 
 def share_at_harmonics(predictions: Sequence[Prediction], standard_errors: float) -> Share:
@@ -54,7 +54,6 @@ def _power_at_harmonics(residual: FloatArray, motion: FloatArray, rate: float) -
     f, of_motion = hann_periodogram(motion, rate)
     _, density = hann_periodogram(residual, rate)
     fundamental = float(f[int(np.argmax(of_motion))])
-    if fundamental < MIN_PERIODS * f[1] or (max(HARMONICS) + REACH) * fundamental > f[-1]:
+    if fundamental < MIN_PERIODS * f[1] or (HARMONICS + REACH) * fundamental > f[-1]:
         return LinePower(0.0, 0.0, 0.0)
-    lines = [line_power(f, density, k * fundamental, fundamental) for k in HARMONICS]
-    return LinePower(sum(x.excess for x in lines), sum(x.variance for x in lines), lines[0].total)
+    return line_power(f, density, fundamental, fundamental, HARMONICS)

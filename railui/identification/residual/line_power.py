@@ -31,15 +31,22 @@ class LinePower(NamedTuple):
     total: float
 
 
-def line_power(f: FloatArray, density: FloatArray, line: float, spacing: float) -> LinePower:
-    """Compute the power of a density [F] at frequencies f [F] in a line, whose neighbours are a spacing away."""
-    below, inside, above = line_bands(f, line, spacing)
-    noise = float(np.sqrt(density[below].mean() * density[above].mean()))
-    # a mean of n values has the relative variance 1/n, the geometric mean of two means a quarter of the sum
-    relative = WINDOW_WIDTH * float(1.0 / inside.sum() + 0.25 / below.sum() + 0.25 / above.sum())
+def line_power(f: FloatArray, density: FloatArray, line: float, spacing: float, count: int = 1) -> LinePower:
+    """Compute the power of a density [F] at frequencies f [F] in lines a spacing apart, of which `line` is the lowest.
+
+    Two neighbouring lines share the gap between them.
+    """
+    bands = [line_bands(f, line + k * spacing, spacing) for k in range(count)]
+    inside, gaps = [b[1] for b in bands], [bands[0][0], *(b[2] for b in bands)]
+    in_gaps = np.array([density[gap].mean() for gap in gaps])
+    noise = np.sqrt(in_gaps[:-1] * in_gaps[1:])
     width = 2.0 * LINE_HALF_WIDTH * spacing
-    excess = width * (float(density[inside].mean()) - noise)
-    return LinePower(excess, (width * noise) ** 2 * relative, float(density.sum() * f[1]))
+    excess = width * sum(float(density[k].mean()) - level for k, level in zip(inside, noise, strict=True))
+    # a mean of n values has the relative variance 1/n; the level of a line follows half the relative change of each gap
+    of_lines = sum(level**2 / k.sum() for k, level in zip(inside, noise, strict=True))
+    followed = 0.5 * (np.append(noise, 0.0) + np.append(0.0, noise))
+    of_gaps = sum(level**2 / gap.sum() for gap, level in zip(gaps, followed, strict=True))
+    return LinePower(float(excess), float(WINDOW_WIDTH * width**2 * (of_lines + of_gaps)), float(density.sum() * f[1]))
 
 
 def line_bands(f: FloatArray, line: float, spacing: float) -> tuple[NDArray[np.bool_], ...]:
