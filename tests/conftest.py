@@ -10,6 +10,7 @@ import signal
 import pytest
 from hypothesis import settings
 
+from railui.__main__ import GC_THRESHOLD
 from tests.file_fixtures import *  # noqa: F403
 
 # a shell without a terminal starts background processes with SIGINT ignored, which tested commands would inherit
@@ -27,6 +28,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
-    """Collect garbage again, without the objects of the collected tests."""
+    """Collect garbage again, as the commands do, without the objects of the collected tests."""
     gc.freeze()
+    gc.set_threshold(GC_THRESHOLD)
     gc.enable()

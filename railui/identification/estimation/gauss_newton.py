@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +28,16 @@ from railui.parallel import map_threads
 from railui.vehicle.model import RADIUS, Model
 
 DAMPINGS = (0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # of Levenberg, tried in one batch
+FINE_DAMPINGS = (0.0, 1e-5, 1e-4, 1e-3, 1e-2, 1.0)  # along directions that the data hardly determine
 STEP_SHARES = ((0, 0.3), (2, 0.5))  # further trial points: damping by its index, share of its step
 RELATIVE_STEP = 1e-5  # of the forward differences
 RELATIVE_STEP_WITH_EFFECTS = 1e-4
 ROLLING_RADIUS_STEP = 1e-6  # over a thousand turns a relative change of a radius is 6000 times as large an angle
 MIN_STEP_SIZE_SHARE = 0.1  # of the usual size of a parameter near zero
 MAX_LOG_RATIO_STEP = 1.5  # of a parameter that moves by ratios, per iteration
+# of the gain that the normal equations predict: the usual bound of a trust region below which it shrinks (Nocedal and
+# Wright, Numerical Optimization, 2nd ed. 2006, algorithm 4.1)
+MIN_ACHIEVED_SHARE = 0.25
 MAX_ITERATIONS = 30
 MAX_RETAINED = 1 << 25  # numbers of the simulations of trial points that are kept for the residual of the best
 
@@ -68,6 +73,7 @@ class GaussNewton:
         self.shared = [j for j, p in enumerate(free.paths) if "@" not in p]  # by all segments
         self.columns = [model.columns[free.paths[j]] for j in self.shared]
         self.rolling_radii = {f"{p.rpartition('.')[0]}.{RADIUS}" for p in model.run_dependent_paths()}
+        self.dampings = DAMPINGS
         self.simulations = 0
         self.constrained = False
         self._tried = np.zeros((0, 0))  # points [n, p] of the last misfits, and the simulation of each segment there
@@ -286,7 +292,15 @@ class GaussNewton:
                 break
             tried = self._trial_points(normal, x)
             costs = self.cost(self.misfit(tried), tried)
+            predicted, achieved = self._predicted_gain(normal, x, tried[0]), cost - float(costs.min())
+            is_misled = predicted > max(achieved / MIN_ACHIEVED_SHARE, tolerance * self.independent_samples)
+            is_refined_now = is_misled and self._refine()
             taken = self._best_linearised(tried, costs, cost)
+            if taken is None and is_refined_now:
+                renewed = self._best_linearised(x[None], np.array([cost]), np.inf)
+                if renewed is not None:
+                    normal = renewed[1]
+                    continue
             if taken is None:
                 if np.any(costs < cost):
                     status = "diverges next to every better point"
@@ -321,6 +335,24 @@ class GaussNewton:
             self.block,
         )
 
+    def _predicted_gain(self, normal: NormalEquations, x: FloatArray, point: FloatArray) -> float:
+        """Gain of the cost at a point [p] where the residual is linear in the parameters."""
+        a, g = self.equations(normal, x)
+        step = point - x
+        return float(step @ (2.0 * g - a @ step))
+
+    def _refine(self) -> bool:
+        """Take sensitivities with the steps of the residual, and finer dampings, from now on; False if taken before.
+
+        Directions that the data hardly determine are differences of nearly equal sensitivities: errors that are small
+        in these may be as large as the differences, and the steps lead astray.
+        """
+        if all(t.sensitivity_steps == t.steps for t in self.segments):
+            return False
+        self.segments = [replace(t, sensitivity_steps=t.steps) for t in self.segments]
+        self.dampings = FINE_DAMPINGS
+        return True
+
     def _trial_points(self, normal: NormalEquations, x: FloatArray) -> FloatArray:
         """Points [n, p] of the damped steps, and shares of some of them."""
         steps = self._damped_steps(*self.equations(normal, x), x)
@@ -354,7 +386,9 @@ class GaussNewton:
         with np.errstate(divide="ignore", invalid="ignore"):
             low = np.where(free.ratio, np.maximum(np.log(free.low / x), -leap), free.low - x) / scale
             high = np.where(free.ratio, np.minimum(np.log(free.high / x), leap), free.high - x) / scale
-        steps = scale * np.array([_damped_step(scaled + (d + 1e-12) * one, g * scale, low, high) for d in DAMPINGS])
+        steps = scale * np.array(
+            [_damped_step(scaled + (d + 1e-12) * one, g * scale, low, high) for d in self.dampings]
+        )
         points = np.where(free.ratio, x * np.exp(steps * free.ratio), x + steps)
         return np.asarray(np.clip(points, free.low, free.high))
 

@@ -233,7 +233,8 @@ class SectionEstimates:
     def chi2(self) -> FloatArray:
         """Reduced chi-squared [path] of the sections' values about their common one.
 
-        About 1 where the parameter is constant and determined by the data, less where a prior holds it.
+        About 1 where the parameter is constant and determined by the data; less where a prior holds it, or where few
+        blocks of time widen the standard deviations.
         """
         weight = 1.0 / np.maximum(self.sd, 1e-150) ** 2
         mean = np.sum(weight * self.values, axis=0) / np.sum(weight, axis=0)
