@@ -23,6 +23,8 @@ class RecordWriter(pickle.Pickler):
     """Writer that leaves out the input tables of segments, which are computed again where they are needed."""
 
     def reducer_override(self, obj: Any) -> Any:
+        if isinstance(obj, Enum):  # Python 3.11.0 to 3.11.3 would write a call of getattr
+            return type(obj), (obj.value,)
         if type(obj) is not Segment:
             return NotImplemented
         return copyreg.__newobj__, (Segment,), vars(obj) | {"tables": {}}  # type: ignore[attr-defined]
