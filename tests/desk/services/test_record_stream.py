@@ -40,5 +40,5 @@ class Call:
 
 
 def test_a_call_is_refused() -> None:
-    with pytest.raises(pickle.UnpicklingError, match="os.getenv is not a record of railui"):
+    with pytest.raises(pickle.UnpicklingError, match=r"os\.getenv is not a record of railui"):
         read_back(Call())
