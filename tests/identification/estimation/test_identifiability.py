@@ -31,10 +31,17 @@ from railui.identification.unmodelled import locate
 from railui.identification.unmodelled.coefficients import PORTS, TERMS, coefficient_responses, estimate_coefficients
 from railui.identification.unmodelled.locate import locate_discrepancy
 from railui.identification.unmodelled.variation import find_variation
-from tests.blind.simulated import calibrated, simulated_campaign
+from tests.blind.simulated import Request, calibrated, simulate_together, simulated_campaign
 
 DESIGNS = Path(__file__).parents[3] / "designs"
 CONICITY = "contact.leading.conicity"
+SPRING = "spring at=wheelset_yaw stiffness=8e6"
+GROWTH = "conicity_drift at=contact per_km=0.4"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _simulated_together() -> None:
+    simulate_together(Request(), Request((SPRING,)), Request((GROWTH,)))
 
 
 def with_deviation(fit: Fit, path: str, by: np.ndarray) -> Fit:
@@ -126,8 +133,7 @@ def test_without_an_unmodelled_effect_no_coefficient_is_contradicted():
 
 
 def test_an_unmodelled_linkage_contradicts_the_yaw_equations():
-    spring = "spring at=wheelset_yaw stiffness=8e6"
-    best = estimate_coefficients(simulated_campaign(spring).context, calibrated(spring))[0]
+    best = estimate_coefficients(simulated_campaign(SPRING).context, calibrated(SPRING))[0]
     assert best.contradicts_derivation
     assert best.share > 0.02
 
@@ -221,15 +227,13 @@ def test_a_drift_follows_the_value_along_the_track():
 
 
 def test_a_conicity_that_grows_along_the_track_is_located_at_the_contact():
-    drift = "conicity_drift at=contact per_km=0.4"
-    result = find_drifts(simulated_campaign(drift).context, calibrated(drift))[0]
+    result = find_drifts(simulated_campaign(GROWTH).context, calibrated(GROWTH))[0]
     assert result.path.startswith("contact.")
     assert result.share > 0.1
 
 
 def test_a_variation_along_the_track_is_returned_without_force_curves(monkeypatch: pytest.MonkeyPatch):
-    growth = "conicity_drift at=contact per_km=0.4"
-    fit, case = calibrated(growth), simulated_campaign(growth)
+    fit, case = calibrated(GROWTH), simulated_campaign(GROWTH)
     variation = find_variation(case.context, fit)
     assert variation is not None
     weak = replace(variation, explained_share=0.9 * case.context.settings.discrepancy.reliable_share)

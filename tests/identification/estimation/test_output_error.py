@@ -27,12 +27,18 @@ from railui.identification.prediction import DivergedError
 from railui.progress import Progress
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.model import Model
-from tests.blind.simulated import calibrated, simulated_campaign
+from tests.blind.simulated import Request, calibrated, simulate_together, simulated_campaign
 from tests.truth.files import paths
 from tests.truth.rig import Bench
 from tests.truth.rig import write as write_bench
 
 FREE_PLAY = "free_play at=primary_lateral half_width=4e-4"
+COACH_FORCES = {"seed": 4, "columns": ("Qy", "Qpsi")}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _simulated_together() -> None:
+    simulate_together(Request(), Request((FREE_PLAY,)), Request(**COACH_FORCES))
 
 
 def worst_decay(model: Model, speeds: set[float]) -> float:
@@ -175,7 +181,7 @@ def test_a_slightly_unstable_nominal_model_is_calibrated_to_a_stable_one():
 
 
 def test_a_measured_force_of_the_carbody_drives_the_vehicle():
-    case = simulated_campaign(seed=4, columns=("Qy", "Qpsi"))
+    case = simulated_campaign(**COACH_FORCES)
     fit = calibrate(case.context)
     segments = case.dataset.validation
     assert segments[0].coach_forces == ("Qy", "Qpsi")

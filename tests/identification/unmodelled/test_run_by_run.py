@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
+from itertools import chain, islice
 
 import pytest
 
@@ -14,14 +16,27 @@ from railui.identification.unmodelled.run_by_run import RunDifference, find_run_
 from railui.identification.unmodelled.run_difference import difference_between_estimation_runs
 from tests.blind.simulated import recorded
 from tests.identification.unmodelled.test_run_dependence import ADEQUATE, Case, Scenario
-from tests.truth.campaign import campaigns
+from tests.truth.campaign import Campaign, campaigns
 
+CASES: dict[str, tuple[Mapping[str, float], ...]] = {
+    "worn rails": ({}, {"lam": 1.15}, {}),
+    "worn rails and a stronger damper": ({}, {"lam": 1.3, "k_y": 2.0}, {}),
+    "one vehicle": ({}, {}, {}),
+}
 CONICITIES = {f"contact.{w}.conicity" for w in ("leading", "trailing")}
 
 
-def case(*runs: Mapping[str, float]) -> Case:
+@cache
+def simulated() -> dict[str, list[Campaign]]:
+    """Simulate the campaigns of all cases side by side."""
+    orders = {name: Scenario(runs, (40.0, 31.0, 35.0)).orders() for name, runs in CASES.items()}
+    parts = iter(campaigns(list(chain.from_iterable(orders.values()))))
+    return {name: list(islice(parts, len(of_case))) for name, of_case in orders.items()}
+
+
+def case(name: str) -> Case:
     """Calibrate on two estimation runs, of which the vehicles may differ; the last is the validation run."""
-    parts = campaigns(Scenario(runs, (40.0, 31.0, 35.0)).orders())
+    parts = simulated()[name]
     selected = {letter: part.runs[letter] for part, letter in zip(parts, "abc", strict=True)}
     dataset = recorded(replace(parts[0], runs=selected))
     roles: Sequence[str] = ("adjust", "adjust", "validate")
@@ -35,7 +50,7 @@ def difference(of: Case) -> RunDifference | None:
 
 
 def test_the_conicity_of_one_estimation_run_differs() -> None:
-    worn = case({}, {"lam": 1.15}, {})
+    worn = case("worn rails")
     found = difference(worn)
     assert found is not None and found.dependence is not None and set(found.dependence.ratios) == CONICITIES
     a, b, c = found.dependence.runs
@@ -50,9 +65,9 @@ def test_the_conicity_of_one_estimation_run_differs() -> None:
 
 
 def test_runs_that_differ_in_more_than_one_parameter_name_none() -> None:
-    found = difference(case({}, {"lam": 1.3, "k_y": 2.0}, {}))
+    found = difference(case("worn rails and a stronger damper"))
     assert found is not None and found.dependence is None
 
 
 def test_runs_of_one_vehicle_do_not_differ() -> None:
-    assert difference(case({}, {}, {})) is None
+    assert difference(case("one vehicle")) is None
