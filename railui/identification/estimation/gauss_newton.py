@@ -292,8 +292,7 @@ class GaussNewton:
                 break
             tried = self._trial_points(normal, x)
             costs = self.cost(self.misfit(tried), tried)
-            predicted, achieved = self._predicted_gain(normal, x, tried[0]), cost - float(costs.min())
-            is_misled = predicted > max(achieved / MIN_ACHIEVED_SHARE, tolerance * self.independent_samples)
+            is_misled = self._is_misled(normal, x, tried[0], cost - float(costs.min()), tolerance)
             is_refined_now = is_misled and self._refine()
             taken = self._best_linearised(tried, costs, cost)
             if taken is None and is_refined_now:
@@ -335,11 +334,14 @@ class GaussNewton:
             self.block,
         )
 
-    def _predicted_gain(self, normal: NormalEquations, x: FloatArray, point: FloatArray) -> float:
-        """Gain of the cost at a point [p] where the residual is linear in the parameters."""
+    def _is_misled(
+        self, normal: NormalEquations, x: FloatArray, undamped: FloatArray, gain: float, tolerance: float
+    ) -> bool:
+        """True where the undamped step promises far more than the best trial point gains, and enough to go on."""
         a, g = self.equations(normal, x)
-        step = point - x
-        return float(step @ (2.0 * g - a @ step))
+        step = undamped - x
+        predicted = float(step @ (2.0 * g - a @ step))
+        return predicted > max(gain / MIN_ACHIEVED_SHARE, tolerance * self.independent_samples)
 
     def _refine(self) -> bool:
         """Take sensitivities with the steps of the residual, and finer dampings, from now on; False if taken before.
