@@ -33,7 +33,7 @@ class CalibrationSettings:
         minimum=1.0,
         maximum=2.0,
         meaning="Largest product of time step and natural angular frequency of damped linear modes in simulations of "
-        "sensitivities and output differences; it is 1 in those of residuals and for other modes.",
+        "sensitivities and output differences; it is 1 in residuals, for other modes, and in fits that this misleads.",
         provenance="chosen by hand: the normal equations of a bogie change by less than 5e-3 of their size",
     )
     independent_sample_share: float = setting(
