@@ -20,10 +20,13 @@ PATH_NAMES: Final = {"Path", "PosixPath", "PurePosixPath"}
 
 
 class RecordWriter(pickle.Pickler):
-    """Writer that leaves out the input tables of segments, which are computed again where they are needed."""
+    """Writer that leaves out the input tables of segments, which are computed again where they are needed.
+
+    Members of enumerations are written by their value, whatever the version of Python.
+    """
 
     def reducer_override(self, obj: Any) -> Any:
-        if isinstance(obj, Enum):  # Python 3.11.0 to 3.11.3 would write a call of getattr
+        if isinstance(obj, Enum):  # 3.11.0 to 3.11.3 would write a call of getattr
             return type(obj), (obj.value,)
         if type(obj) is not Segment:
             return NotImplemented
