@@ -1,5 +1,7 @@
 """Write tables, rates and picture of docs/blind.md and the counts in sentences of other pages from docs/blind_trials.md.
 
+The trial of bogies is added to the table of all trials there (trial_history).
+
 python docs/blind_summary.py
 """
 
@@ -8,14 +10,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import trial_history
+
 from railui.report.figures.drawing import BLUE, figure_file
 
 DOCS = Path(__file__).parent
 ROW = re.compile(r"^\| (.+?) \| (\d+) of (\d+) \| (\d+) \| (\d+) to (\d+) \|$", re.M)
 BY_SENSORS = re.compile(r"^\| 90 % intervals with the true value: sensors (.+?) \| \d+ of \d+ \| (\d+) \|", re.M)
 PLANNED_LOOPS = re.compile(r"--loops (\d+) --seed")
-BEGIN, END = "<!-- summary -->", "<!-- end of summary -->"
-BEGIN_RATES, END_RATES = "<!-- rates -->", "<!-- end of rates -->"
 # outcome as the trials name it, its name here, and what an ideal program would have [%]
 BOGIE = (
     ("one effect planted: right name, class and location", "one effect: named, at its location", 100),
@@ -213,15 +215,30 @@ def draw(rows: Sequence[Outcome], path: Path) -> None:
 
 
 def page(text: str) -> str:
-    """Return the page with the table of the trials and the rates in words."""
-    text = re.sub(f"{BEGIN}.*?{END}", lambda _: f"{BEGIN}\n{table(summary())}\n{END}", text, flags=re.S)
-    written = "\n".join([BEGIN_RATES, rates(trial("trial")), coach_rates(trial("coaches")), END_RATES])
-    return re.sub(f"{BEGIN_RATES}.*?{END_RATES}", lambda _: written, text, flags=re.S)
+    """Return docs/blind.md with the table of the trials and the rates in words."""
+    present = trial_history.of_section(trial("trial"))
+    before = [t for t in trial_history.read() if t["seed"] != present["seed"]]
+    text = _with_part(text, "summary", table(summary()))
+    text = _with_part(text, "rates", rates(trial("trial")) + "\n" + coach_rates(trial("coaches")))
+    return _with_part(text, "trials before", trial_history.pooled(before))
+
+
+def appendix(text: str) -> str:
+    """Return docs/blind_trials.md with the table of all trials of bogies."""
+    return _with_part(text, "all trials", trial_history.table(trial_history.read()))
+
+
+def _with_part(text: str, name: str, written: str) -> str:
+    """Return a page with another text between two marks."""
+    begin, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    return re.sub(f"{begin}.*?{end}", lambda _: f"{begin}\n{written}\n{end}", text, flags=re.S)
 
 
 if __name__ == "__main__":
-    target = DOCS / "blind.md"
-    target.write_text(page(target.read_text("utf-8")), "utf-8")
+    trial_history.write(trial_history.with_trial(trial_history.read(), trial_history.of_section(trial("trial"))))
+    for name, write in (("blind.md", page), ("blind_trials.md", appendix)):
+        target = DOCS / name
+        target.write_text(write(target.read_text("utf-8")), "utf-8")
     for name in SENTENCES:
         path = DOCS.parent / name
         path.write_text(with_sentences(name, path.read_text("utf-8")), "utf-8")

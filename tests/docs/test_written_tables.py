@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Callable
 
 import pytest
 
@@ -15,12 +16,34 @@ sys.path.insert(0, str(ROOT / "docs"))
 
 import blind_summary
 import columns
+import trial_history
 
 
-@pytest.mark.parametrize("module", [columns, blind_summary], ids=["columns", "blind"])
-def test_a_page_has_the_tables_that_its_script_writes(module: object) -> None:
-    text = (ROOT / "docs" / ("columns.md" if module is columns else "blind.md")).read_text("utf-8")
-    assert module.page(text) == text  # type: ignore[attr-defined]
+@pytest.mark.parametrize(
+    ("name", "write"),
+    [("columns", columns.page), ("blind", blind_summary.page), ("blind_trials", blind_summary.appendix)],
+)
+def test_a_page_has_the_tables_that_its_script_writes(name: str, write: Callable[[str], str]) -> None:
+    text = (ROOT / "docs" / f"{name}.md").read_text("utf-8")
+    assert write(text) == text
+
+
+def test_the_present_trial_is_in_the_table_of_all_trials() -> None:
+    assert trial_history.of_section(blind_summary.trial("trial")) in trial_history.read()
+
+
+def test_a_trial_takes_the_place_of_that_of_its_seed() -> None:
+    section = "`--loops 3 --seed {}`:\n| one effect planted: right name, class and location | {} of 3 | 67 | 9 to 99 |"
+    trials = trial_history.with_trial([], trial_history.of_section(section.format(1, 2)))
+    trials = trial_history.with_trial(trials, trial_history.of_section(section.format(2, 1)))
+    trials = trial_history.with_trial(trials, trial_history.of_section(section.format(1, 3)))
+    assert [(t["seed"], t["one effect"], t["two"]) for t in trials] == [("2", "1 of 3", ""), ("1", "3 of 3", "")]
+
+
+def test_the_trials_before_are_counted_together() -> None:
+    trials = [dict.fromkeys(trial_history.COLUMNS, count) for count in ("1 of 10", "5 of 10")]
+    text = trial_history.pooled(trials)
+    assert "location, in 6 of 20 (30.0 %)" in text and "in single trials from 10 to 50 %" in text
 
 
 @pytest.mark.parametrize("name", blind_summary.SENTENCES)
