@@ -16,8 +16,9 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.multiple_shooting import refit_hunting
 from railui.identification.estimation.parallel_models import two_parallel_models
 from railui.identification.estimation.problem import prepare_segments
-from railui.identification.estimation.validation import Validation, validate
+from railui.identification.estimation.validation import Validation, is_significant_gain, validate
 from railui.identification.structure.stepwise import Selection
+from railui.identification.unmodelled.variation import find_variation, is_conclusive
 
 
 class BaseModel(NamedTuple):
@@ -34,14 +35,15 @@ def calibrated_base(context: Context, nominal: Validation) -> BaseModel:
 
     A calibrated model that is worse on the validation runs than the nominal one, and not at the noise floor of the
     estimation runs, has ended in a local minimum; no structure can be detected in its residual. This does not apply
-    where the data demand a vehicle that hunts, which a stable one cannot follow.
+    where the data demand a vehicle that hunts, which a stable one cannot follow, or a parameter that varies along the
+    track, whose mean on one track is not that on another.
     """
     fit, windowed = refit_hunting(context, calibrate(context))
     validation = validate(context, fit.model, context.dataset.selection)
     if windowed is None:
         fit, windowed, validation = retry_failed_fit(context, fit, nominal, validation)
     hunts = windowed is not None and not windowed.slips
-    if hunts or not has_failed(context, fit, nominal, validation):
+    if hunts or not has_failed(context, fit, nominal, validation) or _is_better_with_variation(context, fit, nominal):
         return BaseModel(fit, validation, windowed, is_failed=False)
     context.progress.message(
         f"the calibration failed: NRMSE {validation.nrmse:.4f} on the validation runs, "
@@ -51,6 +53,14 @@ def calibrated_base(context: Context, nominal: Validation) -> BaseModel:
     if start is not context.nominal:
         nominal = validate(context, start, context.dataset.selection)
     return BaseModel(fit_without_iteration(context, start), nominal, windowed, is_failed=True)
+
+
+def _is_better_with_variation(context: Context, fit: Fit, nominal: Validation) -> bool:
+    """True where a calibrated model with a parameter that varies within the runs is better than the nominal one."""
+    variation = find_variation(context, fit)
+    if variation is None or not is_conclusive(context, variation):
+        return False
+    return is_significant_gain(context, nominal, variation.validation)
 
 
 def better_base(context: Context, base: BaseModel, selection: Selection, nominal: Validation) -> BaseModel | None:

@@ -81,7 +81,12 @@ class ScoreTestSettings:
     obvious_rho2: float = setting(
         0.20,
         meaning="Partial rho^2 from which no significance is asked for.",
-        provenance="trial: noise of any colour reached a rho^2 of 0.02 in simulated campaigns, a tenth of it",
+        provenance="trial: ten times the rho^2 that noise of any colour reached",
+    )
+    noise_rho2: float = setting(
+        0.02,
+        meaning="Partial rho^2 up to which a residual counts as noise of unknown level and colour, whatever its p.",
+        provenance="trial: the largest that noise of any colour reached in simulated campaigns",
     )
     estimation_gain_margin: float = setting(
         1.4,

@@ -119,12 +119,19 @@ def _is_established(context: Context, discrepancy: Discrepancy) -> bool:
     return discrepancy.lowers_error or discrepancy.run_dependence is not None or is_conclusive(context, discrepancy)
 
 
-def may_be_track_noise(context: Context, discrepancy: Discrepancy) -> bool:
-    """True for a discrepancy that noise of the track columns can imitate: forces at the contact that follow no law."""
-    if _is_established(context, discrepancy):
+def may_be_track_noise(context: Context, discrepancy: Discrepancy, selection: Selection) -> bool:
+    """True for a discrepancy that noise of the track columns can imitate: forces at the contact that follow no law.
+
+    Where a law of the library explains much of the residual of the estimation runs, noise does not, unless that law,
+    too small to be selected, leaves what noise of the track can be.
+    """
+    if _is_established(context, discrepancy) or any(s.is_rig for s in context.dataset.selection):
         return False
-    if any(s.is_rig for s in context.dataset.selection):
-        return False
+    settings = context.settings.score_test
+    if selection.final_score_test.rho2 >= settings.obvious_rho2:
+        fit = _best_refit(context, selection)
+        if fit is None or run_score_test(context, fit).rho2 > settings.noise_rho2:
+            return False
     return not _is_force_on_vehicle(context, discrepancy)
 
 
@@ -134,19 +141,23 @@ def is_small_effect(context: Context, discrepancy: Discrepancy, selection: Selec
     Noise far above its estimated floor, as coloured noise is, hides the share of the error that the effect explains;
     what acts is in the library all the same.
     """
-    if _is_established(context, discrepancy):
+    if _is_established(context, discrepancy) or context.is_out_of_time:
         return False
-    step = next((s for s in selection.steps if s.score_test is selection.final_score_test), None)
-    if step is None or context.is_out_of_time or not has_structure(context.settings.score_test, step.score_test):
+    fit = _best_refit(context, selection)
+    if fit is None:
         return False
-    refits = [r for r in step.refits if r.candidate is not None]
-    if not refits:
-        return False
-    fit = min(refits, key=lambda r: r.rss).fit
     evidence = examine_residual(context, fit.model)
     if not evidence.is_noise or evidence.is_shared:
         return False
     return not has_structure(context.settings.score_test, run_score_test(context, fit))
+
+
+def _best_refit(context: Context, selection: Selection) -> Fit | None:
+    """Return the fit of the effect that explains most of a structured final residual; None where none was fitted."""
+    step = next((s for s in selection.steps if s.score_test is selection.final_score_test), None)
+    if step is None or not has_structure(context.settings.score_test, step.score_test):
+        return None
+    return min((r.fit for r in step.refits if r.candidate is not None), key=lambda fit: fit.normal.rss, default=None)
 
 
 def is_at_noise_floor(context: Context, fit: Fit, error_to_noise: float) -> bool:

@@ -13,6 +13,7 @@ from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate, fit_without_iteration, stable_start
 from railui.identification.estimation.multiple_shooting import max_growth_rate, refit_hunting
 from railui.identification.estimation.validation import validate
+from tests.blind.simulated import simulated_campaign
 
 NOISE = {"e1": 5e-5, "e2": 5e-5, "ay1": 0.05, "d1": 2e-5}
 NOMINAL = railui.Design.load(railui.bundled("test_bogie.yaml"))
@@ -86,6 +87,15 @@ def test_a_failed_calibration_is_replaced_by_a_model_with_its_own_validation(mon
     assert base.is_failed and start is not context.nominal and np.array_equal(base.fit.model.row, start.row)
     assert base.validation.nrmse == pytest.approx(own.nrmse, rel=1e-12) and np.isfinite(own.nrmse)
     assert base.validation.nrmse != nominal.nrmse
+
+
+def test_a_calibration_that_fails_by_a_variation_along_the_track_is_kept(monkeypatch: pytest.MonkeyPatch):
+    """The search for a discrepancy starts from it: in the residual of the nominal model the variation is not seen."""
+    case = simulated_campaign("primary_drift at=primary_yaw share=-0.5", columns=("ay1", "ay2", "ayf"))
+    nominal = validate(case.context, case.nominal, case.dataset.selection)
+    monkeypatch.setattr(base_model, "has_failed", lambda *a: True)
+    base = base_model.calibrated_base(case.context, nominal)
+    assert not base.is_failed and base.validation.nrmse < nominal.nrmse
 
 
 def test_a_model_whose_hunting_flanges_limit_starts_as_it_is():
