@@ -215,7 +215,8 @@ def _examine(context: Context, base: BaseModel, selection: Selection, validation
         discrepancy = discrepancy.without_calibration()
     is_out_of_time = context.is_out_of_time
     with_noise = None
-    if _may_be_track_noise(context, selection, floor, evidence, discrepancy):
+    # the residual of a failed calibration has the errors of all parameters
+    if not base.is_failed and _may_be_track_noise(context, selection, floor, evidence, discrepancy):
         with_noise = with_track_noise(context, selection.fit.model, selection.validation, floor)
         if with_noise is not None:
             (context, floor), discrepancy = with_noise, None
