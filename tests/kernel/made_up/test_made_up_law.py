@@ -66,4 +66,5 @@ def test_a_law_in_a_file_of_its_own_is_listed_detected_fitted_and_reported(
     # scored and refitted, before every kind that is built in
     best = document["ranking"][0]
     assert (best["kind"], best["refitted"]) == (KIND, True)
-    assert "the made-up damper of" in text
+    assert "damper that grows with the deflection" in text
+    assert "the made-up damper of" in (tmp_path / "out" / "report.html").read_text("utf-8")
