@@ -22,7 +22,7 @@ from railui.identification.residual.noise_evidence import (
 from railui.identification.residual.sensor_noise_bound import with_noise_within_residual
 from railui.identification.residual.track_noise import with_level_of_residual, with_track_noise
 from railui.identification.result import IndependentTest, LoopResult, run_independent_test, validate_final
-from railui.identification.structure.candidate_scores import NO_SCORE_TEST, has_structure
+from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.freed_groups import freed_members_lower_error
 from railui.identification.structure.gain_forecast import PredictedGains, predict_validation_gain
 from railui.identification.structure.score_test import ScoreTestResult
@@ -216,7 +216,7 @@ def _examine(context: Context, base: BaseModel, selection: Selection, validation
     is_out_of_time = context.is_out_of_time
     with_noise = None
     # the residual of a failed calibration has the errors of all parameters
-    if not base.is_failed and _may_be_track_noise(context, selection, floor, evidence, discrepancy):
+    if not base.is_failed and may_be_track_noise(context, discrepancy, selection, floor, evidence):
         with_noise = with_track_noise(context, selection.fit.model, selection.validation, floor)
         if with_noise is not None:
             (context, floor), discrepancy = with_noise, None
@@ -228,21 +228,6 @@ def _examine(context: Context, base: BaseModel, selection: Selection, validation
     is_adequate, has_track_noise = ratio <= settings.adequate_ratio, with_noise is not None
     context = context.without_deadline()
     return _Examination(context, floor, evidence, discrepancy, is_adequate, is_noise, has_track_noise, is_out_of_time)
-
-
-def _may_be_track_noise(
-    context: Context,
-    selection: Selection,
-    floor: NoiseFloor,
-    evidence: ResidualEvidence,
-    discrepancy: Discrepancy | None,
-) -> bool:
-    """True for a discrepancy that noise of the track columns can imitate, or for such a residual without any."""
-    if discrepancy is not None:
-        return may_be_track_noise(context, discrepancy, selection)
-    is_adequate = selection.validation.nrmse <= context.settings.selection.adequate_ratio * floor.nrmse
-    is_structured = has_structure(context.settings.score_test, selection.final_score_test)
-    return evidence.is_shared and not (is_adequate or is_structured)
 
 
 def _examine_by_condition(context: Context, selection: Selection, dependence: ConditionDependence) -> _Examination:

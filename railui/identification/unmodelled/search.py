@@ -119,16 +119,26 @@ def _is_established(context: Context, discrepancy: Discrepancy) -> bool:
     return discrepancy.lowers_error or discrepancy.run_dependence is not None or is_conclusive(context, discrepancy)
 
 
-def may_be_track_noise(context: Context, discrepancy: Discrepancy, selection: Selection) -> bool:
+def may_be_track_noise(
+    context: Context,
+    discrepancy: Discrepancy | None,
+    selection: Selection,
+    floor: NoiseFloor,
+    evidence: ResidualEvidence,
+) -> bool:
     """True for a discrepancy that noise of the track columns can imitate: forces at the contact that follow no law.
 
     Where a law of the library explains much of the residual of the estimation runs, noise does not, unless that law,
-    too small to be selected, leaves what noise of the track can be.
+    too small to be selected, leaves what noise of the track can be. Without a discrepancy, True for a residual above
+    the noise floor that several channels share and that has no structure.
     """
+    settings, scores = context.settings.score_test, selection.final_score_test
+    if discrepancy is None:
+        is_adequate = selection.validation.nrmse <= context.settings.selection.adequate_ratio * floor.nrmse
+        return evidence.is_shared and not is_adequate and not has_structure(settings, scores)
     if _is_established(context, discrepancy) or any(s.is_rig for s in context.dataset.selection):
         return False
-    settings = context.settings.score_test
-    if selection.final_score_test.rho2 >= settings.obvious_rho2:
+    if scores.rho2 >= settings.obvious_rho2:
         fit = _best_refit(context, selection)
         if fit is None or run_score_test(context, fit).rho2 > settings.noise_rho2:
             return False

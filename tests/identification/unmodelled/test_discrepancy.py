@@ -111,7 +111,8 @@ def test_an_obvious_score_that_no_effect_explains_is_no_noise_of_the_track(rho2:
     dataset, campaign = SimpleNamespace(selection=[]), SimpleNamespace(min_gain=0.19)
     context = SimpleNamespace(settings=LoopSettings(), dataset=dataset, campaign=campaign)
     selection = SimpleNamespace(final_score_test=SimpleNamespace(rho2=rho2), steps=())
-    assert may_be_track_noise(cast(Any, context), found, cast(Any, selection)) is may_be_noise
+    not_used = cast(Any, None)
+    assert may_be_track_noise(cast(Any, context), found, cast(Any, selection), not_used, not_used) is may_be_noise
 
 
 @pytest.mark.parametrize(
