@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from railui.capture.protocol.frames import Channel
+from railui.capture.protocol.messages import Channel
 from railui.capture.simulator.logger import Faults, SimulatedLogger
 from railui.capture.simulator.terminal import PseudoTerminal
 

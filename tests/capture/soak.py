@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.capture.protocol import text, wire
-from railui.capture.protocol.frames import Channel, CorruptFrame, Frame, InvalidFrame
+from railui.capture.protocol.messages import Channel, CorruptFrame, Frame, InvalidFrame
 from railui.capture.simulator.logger import damage_frame
 
 CHANNELS = tuple(Channel(f"c{i}", "m/s^2", "h", 0.001) for i in range(6))

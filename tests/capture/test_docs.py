@@ -6,8 +6,8 @@ import re
 import struct
 
 from railui.capture.protocol import text, wire
-from railui.capture.protocol.frames import Channel, Hello
 from railui.capture.protocol.link import Link
+from railui.capture.protocol.messages import Channel, Hello
 from tests.capture.simulated_runs import HOME
 
 PAGE = (HOME / "docs/wire.md").read_text()

@@ -10,7 +10,7 @@ import numpy as np
 from railui.capture.formats import read_recordings, write_recording
 from railui.capture.processing.recording import Recording
 from railui.capture.protocol import wire
-from railui.capture.protocol.frames import Channel
+from railui.capture.protocol.messages import Channel
 from railui.io.table import read_table, write_table
 from railui.track import synthetic_track
 from railui.track.reader import save_track

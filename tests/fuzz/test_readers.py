@@ -14,8 +14,8 @@ from railui.campaign.campaign import load_campaign
 from railui.capture.formats import read_recordings
 from railui.capture.processing.sensor_map import load_map
 from railui.capture.protocol import wire
-from railui.capture.protocol.frames import Channel
 from railui.capture.protocol.link import Link
+from railui.capture.protocol.messages import Channel
 from railui.contact.contact_points import find_contacts
 from railui.contact.geometry import ContactGeometry
 from railui.contact.profile import ProfileError

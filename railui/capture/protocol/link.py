@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from railui.capture.protocol import text, wire
-from railui.capture.protocol.frames import CorruptFrame, Frame, InvalidFrame
+from railui.capture.protocol.messages import CorruptFrame, Frame, InvalidFrame
 
 MAX_REASONS = 20
 LINES = re.compile(rb"[^\n]*\n+|[^\n]+\Z")  # with all their line feeds: a row of them costs no time

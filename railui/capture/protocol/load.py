@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from railui.capture.protocol.frames import TYPE_BYTES, Channel
+from railui.capture.protocol.messages import TYPE_BYTES, Channel
 from railui.capture.protocol.wire import BLOCK_HEADER, CRC, SAMPLE_HEADER, sample_size
 
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600, 1000000, 1500000, 2000000, 3000000)

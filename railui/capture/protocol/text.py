@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from zlib import crc32
 
-from railui.capture.protocol.frames import (
+from railui.capture.protocol.messages import (
     MARK_SOURCES,
     MAX_CHANNELS,
     Channel,

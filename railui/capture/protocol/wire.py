@@ -8,7 +8,7 @@ from zlib import crc32
 
 from cobs import cobs
 
-from railui.capture.protocol.frames import (
+from railui.capture.protocol.messages import (
     MARK_SOURCES,
     MAX_CHANNELS,
     MAX_PAYLOAD_BYTES,

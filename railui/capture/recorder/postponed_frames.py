@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from railui.capture.protocol.frames import Frame, Samples
+from railui.capture.protocol.messages import Frame, Samples
 
 MAX_PENDING_BYTES = 1 << 20  # of frames that wait for their hello
 FRAME_BYTES = 64  # of a frame without its data

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from railui.capture.protocol.frames import Frame, Hello
+from railui.capture.protocol.messages import Frame, Hello
 
 MAX_FIRST_NUMBER = 1000  # of the frames, near 0
 MAX_FIRST_TIME = 60_000_000  # us, near 0

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from railui.capture.protocol.frames import Frame, Hello, Mark, Samples, Status
 from railui.capture.protocol.link import Link, LinkStatistics
+from railui.capture.protocol.messages import Frame, Hello, Mark, Samples, Status
 from railui.capture.recorder.clock import COUNTER_PERIOD, LoggerClock
 from railui.capture.recorder.postponed_frames import PostponedFrames
 from railui.capture.recorder.restart_watch import RestartWatch

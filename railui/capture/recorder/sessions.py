@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.capture.protocol.frames import Hello
+from railui.capture.protocol.messages import Hello
 
 # the samples of a block are spaced uniformly up to the time stamp of the next one
 MAX_RATE_DEVIATION = 0.1  # of a sensor from the rate that its hello states

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from railui.capture.protocol.frames import Channel
 from railui.capture.protocol.load import BITS_PER_BYTE, link_load
+from railui.capture.protocol.messages import Channel
 from railui.capture.recorder.record import Recorder
 from railui.capture.recorder.replay import RAW_FILE, Replay, decode
 from railui.capture.simulator.logger import SimulatedLogger

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.capture.protocol.frames import Channel
+from railui.capture.protocol.messages import Channel
 from railui.core import Spline
 from railui.track.line_geometry import GRAVITY
 

@@ -10,7 +10,7 @@ from cobs import cobs
 
 from railui.arrays import FloatArray
 from railui.capture.protocol import text, wire
-from railui.capture.protocol.frames import Channel, little_endian
+from railui.capture.protocol.messages import Channel, little_endian
 
 HELLO_INTERVAL = 5.0  # s
 STATUS_INTERVAL = 1.0  # s

@@ -9,8 +9,8 @@ from railui.cli import EXIT_LIMIT_VIOLATED
 from railui.cli.invocation import Invocation, usage_error
 
 if TYPE_CHECKING:
-    from railui.capture.protocol.frames import Channel
     from railui.capture.protocol.load import LineLoad
+    from railui.capture.protocol.messages import Channel
 
 LISTEN_TIMEOUT = 12.0  # s: two hellos
 READ_TIMEOUT = 0.2  # s

@@ -15,8 +15,8 @@ import numpy as np
 
 from railui.api.recordings import write_capture_report
 from railui.arrays import FloatArray
-from railui.capture.protocol.frames import Channel
 from railui.capture.protocol.load import link_load
+from railui.capture.protocol.messages import Channel
 from railui.capture.recorder.record import Recorder
 from railui.capture.recorder.replay import Replay
 from railui.capture.recorder.sessions import LoggerSession, Rows

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from railui.capture.protocol import text, wire
-from railui.capture.protocol.frames import Channel, CorruptFrame, Frame, Hello, InvalidFrame, Mark, Samples, Status
 from railui.capture.protocol.link import Link
+from railui.capture.protocol.messages import Channel, CorruptFrame, Frame, Hello, InvalidFrame, Mark, Samples, Status
 from tests.capture.soak import CHANNELS, soak
 
 DESCRIPTION = (0xDEADBEEF, 200.0, "box", "2.1", CHANNELS)

@@ -9,7 +9,7 @@ import pytest
 from cobs import cobs
 
 from railui.capture.protocol import wire
-from railui.capture.protocol.frames import Channel, CorruptFrame, Hello, InvalidFrame, Mark, Samples, Status
+from railui.capture.protocol.messages import Channel, CorruptFrame, Hello, InvalidFrame, Mark, Samples, Status
 
 CHANNELS = (Channel("ay1", "m/s^2", "h", 0.004, 0.5), Channel("speed", "m/s", "H", 0.01, 0.0))
 HEAD = struct.pack("<BIf", 1, 0xFFFF_FFF0, 200.0) + b"\x03box\x031.0"

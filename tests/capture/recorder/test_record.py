@@ -19,8 +19,8 @@ import pytest
 import railui
 from railui.capture.formats import read_recordings
 from railui.capture.protocol import wire
-from railui.capture.protocol.frames import Channel
 from railui.capture.protocol.link import LinkStatistics
+from railui.capture.protocol.messages import Channel
 from railui.capture.recorder.link_watch import MAX_SILENCE, MAX_UNDECODED_BYTES, LinkWatch
 from railui.capture.recorder.record import Recorder
 from railui.capture.recorder.replay import decode

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from railui.arrays import FloatArray
 from railui.capture.protocol import wire
-from railui.capture.protocol.frames import Channel
+from railui.capture.protocol.messages import Channel
 from railui.capture.recorder.clock import fit_clock
 from railui.capture.recorder.postponed_frames import MAX_PENDING_BYTES
 from railui.capture.recorder.replay import decode
