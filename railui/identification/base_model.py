@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from railui.identification.context import Context
 from railui.identification.estimation.calibration import (
     calibrate,
@@ -77,7 +79,8 @@ def better_base(context: Context, base: BaseModel, selection: Selection, nominal
     if fit is None:
         return None
     validation = validate(context, fit.model, context.dataset.selection)
-    if not validation.nrmse <= base.validation.nrmse or has_failed(context, fit, nominal, validation):
+    is_better = validation.nrmse <= np.nan_to_num(base.validation.nrmse, nan=np.inf)
+    if not is_better or has_failed(context, fit, nominal, validation):
         return None  # no better, or it diverges
     context.progress.message(
         "the calibration had ended in a local minimum; from the estimates with an effect, without the effect: "

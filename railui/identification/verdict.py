@@ -150,7 +150,8 @@ def decide_verdict(
         Whether the error with effects is so far above the noise floor that it is no noise, whatever its structure.
     """
     has_structure = remainder.structured or remainder.coherent or remainder.surface is not None
-    is_outside = has_discrepancy or has_freed_members or (not is_noise and (has_structure or is_out_of_time))
+    is_no_noise = not is_noise and (has_structure or remainder.vibration is not None or is_out_of_time)
+    is_outside = has_discrepancy or has_freed_members or is_no_noise
     if has_effects:
         if diverges or is_contradicted:
             return Verdict.PARTIAL

@@ -32,6 +32,13 @@ def test_effects_that_the_independent_test_contradicts_are_a_part_at_most():
     assert decide_verdict(VerdictSettings(), **rules, is_contradicted=True) == Verdict.PARTIAL
 
 
+@pytest.mark.parametrize(("is_noise", "expected"), [(False, Verdict.OUTSIDE), (True, Verdict.NONE)])
+def test_a_vibration_above_noise_that_no_force_explains_is_outside(is_noise: bool, expected: Verdict):
+    left = Remainder(1.0, 0.0, coherent=False, structured=False, vibration=5.0)
+    rules = {"has_effects": False, "explained": None, "is_adequate": False, "has_discrepancy": False}
+    assert decide_verdict(VerdictSettings(), remainder=left, is_noise=is_noise, **rules) == expected
+
+
 @pytest.mark.parametrize(("rise", "level"), [(0.0, 0.01), (0.5, 0.01)])
 def test_a_higher_error_is_significant_by_chance_as_often_as_its_level_says(rise: float, level: float):
     rng = np.random.default_rng(7)

@@ -192,9 +192,11 @@ def refine_drift(context: Context, fit: Fit, drift: Drift) -> Drift:
 
 
 def _limits(context: Context, fit: Fit, path: str) -> tuple[float, float]:
-    """Limits of a drifting parameter: those of the fit, and the share of its value that at least remains."""
+    """Limits of a drifting parameter: those of the fit, and the share of its value, if any, that at least remains."""
     j = fit.free.paths.index(path)
     low, high, constant = float(fit.free.low[j]), float(fit.free.high[j]), float(fit.x[j])
+    if constant == 0.0:
+        return low, high
     remaining = (1.0 - context.settings.drift.max_drift) * constant
     return (max(low, remaining), high) if constant > 0.0 else (low, min(high, remaining))
 

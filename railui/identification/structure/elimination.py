@@ -102,8 +102,11 @@ def _is_needed(context: Context, without: Stage, final: Stage) -> bool:
     """True where the validation error is significantly higher without an effect, or the misfit obviously.
 
     A validation run of few blocks shows a small gain as significant only where all blocks agree; the misfit of the
-    estimation runs decides where the validation error is not lower without the effect.
+    estimation runs decides where the validation error is not lower without the effect. It is needed where the vehicle
+    without it diverges on a validation run, and with it does not.
     """
+    if np.isfinite(final.validation.nrmse) and not np.isfinite(without.validation.nrmse):
+        return True
     if gains(context, without, final):
         return True
     without_it = without.fit.normal.misfit_per_sample

@@ -17,6 +17,7 @@ import numpy as np
 from railui.arrays import FloatArray
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
+from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate, batches_on, candidate_text
 from railui.identification.structure.refit import continue_on_whole_runs, refit_leading_first
 from railui.identification.structure.score_result import ScoreResult
@@ -152,6 +153,8 @@ def refit_pairs(
 ) -> list[PairRefit]:
     """Fit the best pairs together with all parameters, those near the least misfit to convergence; the best first.
 
+    None is fitted where the vehicle without them diverges on the first part of the runs.
+
     Parameters
     ----------
     max_share
@@ -159,7 +162,11 @@ def refit_pairs(
     misfit_limit
         Misfit on the complete runs below which a pair must come.
     """
-    screening = ScreeningFits(context, fit)
+    try:
+        screening = ScreeningFits(context, fit)
+    except DivergedError as error:
+        context.progress.message(f"no pair is fitted: {error}")
+        return []
     screened = []
     for pair, f in zip(pairs, map_threads(lambda p: _screen(screening, p), pairs, context.jobs), strict=True):
         if f is not None:

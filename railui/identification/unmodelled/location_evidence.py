@@ -37,13 +37,15 @@ NO_EVIDENCE = LocationEvidence(0.0, 0.0)
 def evidence_of_blocks(before: FloatArray, after: FloatArray, noise: float) -> LocationEvidence:
     """Compute the share from squared errors [block] before and after, and the expected sum of squares of the noise.
 
+    An unknown noise (NaN) is no evidence.
+
     It is at most 1: a law of few parameters leaves less than the expected noise where that is misjudged.
 
     >>> evidence_of_blocks(np.array([3.0, 3.0]), np.array([2.0, 2.0]), noise=2.0)
     LocationEvidence(share=0.5, standard_error=0.0)
     """
     total = float(before.sum()) - noise
-    if total <= 0:
+    if not total > 0:  # nor where the noise is unknown
         return NO_EVIDENCE
     less = before - after
     standard_error = ratio_standard_error(less, before - noise / len(before))

@@ -32,6 +32,12 @@ def test_a_constant_parameter_validates_as_the_model_does_with_the_phases_of_its
     assert varying.nrmse == pytest.approx(plain.nrmse, rel=1e-6)
 
 
+def test_a_parameter_calibrated_to_zero_may_drift_to_either_side() -> None:
+    free = SimpleNamespace(paths=[STIFFNESS], low=np.array([-50.0]), high=np.array([100.0]))
+    fit = cast(Fit, SimpleNamespace(free=free, x=np.zeros(1)))
+    assert _limits(simulated_campaign().context, fit, STIFFNESS) == (-50.0, 100.0)
+
+
 @pytest.mark.parametrize(("constant", "limits"), [(10.0, (1.0, 100.0)), (-10.0, (-100.0, -1.0))])
 def test_a_tenth_of_a_drifting_parameter_remains_whatever_its_sign(constant: float, limits: tuple[float, float]):
     free = SimpleNamespace(paths=[STIFFNESS], low=np.array([-100.0]), high=np.array([100.0]))

@@ -68,6 +68,12 @@ def test_an_obvious_misfit_keeps_an_effect(
     assert _is_needed(context, stage_of(100.0, 1.0), stage_of(rss, nrmse)) is needed
 
 
+def test_an_effect_without_which_the_vehicle_diverges_is_needed() -> None:
+    """However little the error with it is below that of no motion."""
+    context = simulated_campaign().context
+    assert _is_needed(context, stage_of(100.0, np.nan), stage_of(99.0, 0.95))
+
+
 PLAY = "free_play at=primary_lateral half_width=4e-4"
 COLLINEAR = PlacedEffect("viscous_damper", "secondary_lateral", None, {"damping": 1e3})
 

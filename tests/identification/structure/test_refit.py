@@ -13,6 +13,7 @@ from railui.campaign.settings.detection import RefitSettings, SelectionSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit, NormalEquations
 from railui.identification.structure.candidate_scores import NO_SCORE_TEST
+from railui.identification.structure.pairs import refit_pairs
 from railui.identification.structure.refit import (
     Refit,
     cross_validation_errors,
@@ -69,6 +70,8 @@ def test_no_candidate_is_fitted_to_a_vehicle_that_diverges() -> None:
     light = fit.model.with_path_values(["vehicle.frame.mass"], np.array([0.1]))  # kg: stiff beyond the steps of the fit
     assert refit_candidates(context, replace(fit, model=light), NO_SCORE_TEST) == []
     assert lines[-1].startswith("no candidate is fitted: the vehicle diverges")
+    assert refit_pairs(context, replace(fit, model=light), []) == []
+    assert lines[-1].startswith("no pair is fitted: the vehicle diverges")
 
 
 def fit_of_misfit(rss: float) -> Fit:

@@ -27,6 +27,7 @@ def test_the_share_is_that_of_the_residual_beyond_noise():
 
 def test_a_residual_at_the_noise_level_is_no_evidence():
     assert evidence_of_blocks(np.ones(4), np.zeros(4), noise=4.0) == NO_EVIDENCE
+    assert evidence_of_blocks(np.ones(4), np.zeros(4), noise=np.nan) == NO_EVIDENCE
 
 
 @pytest.mark.parametrize(
