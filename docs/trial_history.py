@@ -8,13 +8,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 STORE = Path(__file__).parents[1] / "tests" / "blind" / "trials.csv"
-ONE, FALSE_ALARMS, OUTSIDE, LOCATED = "one effect", "false alarms", "outside", "located"
-INSTEAD, INTERVALS, OF_EFFECTS = "library effect instead", "intervals", "of effects"
+ONE, TWO, THREE, FALSE_ALARMS = "one effect", "two", "three", "false alarms"
+OUTSIDE, LOCATED, INSTEAD = "outside", "located", "library effect instead"
+INTERVALS, OF_EFFECTS = "intervals", "of effects"
 # column, and the row of a trial that it holds
 COLUMNS = {
     ONE: "one effect planted: right name, class and location",
-    "two": "two effects planted: all names",
-    "three": "three effects planted: all names",
+    TWO: "two effects planted: all names",
+    THREE: "three effects planted: all names",
     "two or three, or within a tenth": (
         "two or three effects planted: all names, or error at most 1.10 times that of the oracle"
     ),
@@ -69,12 +70,14 @@ def pooled(trials: Sequence[Trial]) -> str:
     shares = [100 * hits / of for hits, of in (_count(t[INTERVALS]) for t in trials)]
     lines = [
         f"One effect: named, at its location, in {_sum(trials, ONE)}. No effect: a false alarm in {_sum(trials, FALSE_ALARMS)}.",
+        f"Two effects: both named in {_sum(trials, TWO)}. Three: all named in {_sum(trials, THREE)}.",
         f"Outside the library: said so in {_sum(trials, OUTSIDE)}, an effect of the library named instead in {_sum(trials, INSTEAD)}. "
         f"One location named: it is right in {_sum(trials, LOCATED)}.",
         f"90 % intervals that contain the true value: {_sum(trials, INTERVALS)}, in single trials from {min(shares):.0f} to "
         f"{max(shares):.0f} %; of the sizes of effects {_sum(trials, OF_EFFECTS)}.",
     ]
-    head = f"The {len(trials)} trials before, of [earlier versions](blind_trials.md#all-trials), together:\n"
+    count = sum(1 + t["seed"].count(",") for t in trials)
+    head = f"The {count} trials before, of [earlier versions](blind_trials.md#all-trials), together:\n"
     return "\n".join([head, *(f"- {line}" for line in lines)])
 
 

@@ -41,8 +41,9 @@ def test_a_trial_takes_the_place_of_that_of_its_seed() -> None:
 
 
 def test_the_trials_before_are_counted_together() -> None:
-    trials = [dict.fromkeys(trial_history.COLUMNS, count) for count in ("1 of 10", "5 of 10")]
+    trials = [{"seed": "1, 2"} | dict.fromkeys(trial_history.COLUMNS, count) for count in ("1 of 10", "5 of 10")]
     text = trial_history.pooled(trials)
+    assert text.startswith("The 4 trials before")
     assert "location, in 6 of 20 (30.0 %)" in text and "in single trials from 10 to 50 %" in text
 
 
