@@ -40,7 +40,7 @@ def compare_pair(case: PlantedCase, directory: Path) -> str:
     first, second = truth.effects
     both = validate_true_effects(context, [first, second], truth)
     alone = min((validate_true_effects(context, [e], truth) for e in (first, second)), key=lambda j: j.nrmse)
-    gain, sd = alone.error_reduction(both)
+    gain, sd, _ = alone.error_reduction(both)
     counts = "yes" if is_significant_gain(context, alone, both) else "no"
     cpu_start = time.process_time()
     result = assess(case, close_loop(context.dataset, jobs=1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,13 +12,21 @@ from railui.arrays import FloatArray
 from railui.campaign.comparison import Comparison, compare, cut_samples, nrmse, overall_nrmse
 from railui.campaign.segment import Segment
 from railui.identification.context import Context
-from railui.identification.estimation.block_ratio import ratio_standard_error
+from railui.identification.estimation.block_ratio import ratio_scatter
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Prediction, Predictor, SimulationError, undefined_prediction
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 NO_MOTION = 1.0  # squared NRMSE of a model that does not move, as which one that diverges counts
+
+
+class ErrorReduction(NamedTuple):
+    """Share of a squared error that another model takes off, its standard error and degrees of freedom."""
+
+    share: float
+    standard_error: float
+    degrees_of_freedom: int
 
 
 @dataclass(frozen=True)
@@ -38,17 +47,17 @@ class Validation:
     diverged: tuple[tuple[str, float], ...]
     block_errors: FloatArray = field(default_factory=lambda: np.zeros(0))
 
-    def error_reduction(self, other: Validation) -> tuple[float, float]:
-        """Share of this squared error that another validation on the same runs takes off, and its standard error.
+    def error_reduction(self, other: Validation) -> ErrorReduction:
+        """Share of this squared error that another validation on the same runs takes off.
 
         A model that diverges counts as one without motion, in this place; in that of the other it takes off nothing.
         """
         if not np.isfinite(other.nrmse):
-            return -np.inf, 0.0
+            return ErrorReduction(-np.inf, 0.0, 0)
         if not np.isfinite(self.nrmse):
-            return NO_MOTION - other.nrmse**2, 0.0
+            return ErrorReduction(NO_MOTION - other.nrmse**2, 0.0, 0)
         less = self.block_errors - other.block_errors
-        return float(less.sum() / self.block_errors.sum()), ratio_standard_error(less, self.block_errors)
+        return ErrorReduction(float(less.sum() / self.block_errors.sum()), *ratio_scatter(less, self.block_errors))
 
 
 def validate(context: Context, model: Model, segments: Sequence[Segment]) -> Validation:
@@ -130,7 +139,7 @@ def is_worse_than_nominal(context: Context, nominal: Validation, calibrated: Val
         return False
     if not np.isfinite(calibrated.nrmse):
         return True
-    gain, sd = calibrated.error_reduction(nominal)
+    gain, sd, _ = calibrated.error_reduction(nominal)
     return gain > context.settings.selection.gain_standard_errors * sd
 
 
@@ -164,5 +173,5 @@ def is_significant_gain(context: Context, old: Validation, new: Validation) -> b
     """True where the validation error is lower by the campaign's minimum relative gain, and clear of its scatter."""
     if not np.isfinite(new.nrmse):
         return False
-    gain, sd = old.error_reduction(new)
+    gain, sd, _ = old.error_reduction(new)
     return bool(gain >= context.campaign.min_gain and gain > context.settings.selection.gain_standard_errors * sd)

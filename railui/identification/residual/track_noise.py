@@ -27,7 +27,8 @@ def with_track_noise(
 ) -> tuple[Context, NoiseFloor] | None:
     """Return the context and the noise floor with so much track noise that it leaves the error of a validation.
 
-    The excess of the squared floor over that of the sensors grows as the squared level.
+    The excess of the squared floor over that of the sensors grows as the squared level. What is left bounds the level
+    from above, however closely a higher one was stated.
 
     Parameters
     ----------
@@ -39,12 +40,12 @@ def with_track_noise(
     Returns
     -------
     tuple or None
-        None where the level would lie above the uncertainty of the known one, or the errors of the channels are not in
-        the proportions that noise of the track leaves.
+        None where the level would lie above the known one by more than the uncertainty of both, or the errors of the
+        channels are not in the proportions that noise of the track leaves.
     """
-    noise, limit = context.noise, _largest_factor(context)
+    noise, is_known = context.noise, True
     if not any(noise.get(c, 0.0) > 0.0 for c in TRACK_COLUMNS):
-        noise, limit = _assumed(context), np.inf
+        noise, is_known = _assumed(context), False
         if not noise:
             return None
         draws = context.settings.validation.preliminary_floor_draws
@@ -53,11 +54,20 @@ def with_track_noise(
     if excess <= 0.0 or not validation.nrmse > floor.sensors_only:
         return None
     factor = float(np.sqrt((validation.nrmse**2 - floor.sensors_only**2) / excess))
-    if factor > limit:
+    scatter = _scatter_of_level(floor)
+    if is_known and factor > _largest_factor(context, scatter):
         return None
-    found = _with(context, _scaled(context, noise, factor))
+    found = _with(context, _scaled(context, noise, factor, scatter))
     floor = estimate_noise_floor(found, model, context.dataset.selection)
     return (found, floor) if _has_proportions(context, validation, floor) else None
+
+
+def _scatter_of_level(floor: NoiseFloor) -> float:
+    """Standard deviation of the logarithm of a level that is taken from an error e^2 = s^2 + level^2 t^2.
+
+    The error of one realisation scatters as those of the floor do: d ln(level) = e de / (e^2 - s^2).
+    """
+    return float(floor.nrmse * np.nan_to_num(floor.sd) / (floor.nrmse**2 - floor.sensors_only**2))
 
 
 def _has_proportions(context: Context, validation: Validation, floor: NoiseFloor) -> bool:
@@ -83,10 +93,11 @@ def with_level_of_residual(context: Context, model: Model, validation: Validatio
     return context if found is None else found[0]
 
 
-def _largest_factor(context: Context) -> float:
-    """Factor on the known level of the track noise up to which it is believed."""
+def _largest_factor(context: Context, scatter: float) -> float:
+    """Factor on the known level of the track noise up to which one from the residual, with its scatter, is believed."""
     standard_errors = context.settings.verdict.location_standard_errors
-    return float(np.exp(standard_errors * max((context.noise.log_sd(c) for c in TRACK_COLUMNS), default=0.0)))
+    known = max((context.noise.log_sd(c) for c in TRACK_COLUMNS), default=0.0)
+    return float(np.exp(standard_errors * np.hypot(known, scatter)))
 
 
 def _assumed(context: Context) -> NoiseModel:
@@ -102,9 +113,9 @@ def _assumed(context: Context) -> NoiseModel:
     return NoiseModel({**context.noise.columns, **unstated})
 
 
-def _scaled(context: Context, noise: NoiseModel, factor: float) -> NoiseModel:
-    """Noise model with the track noise times a factor."""
-    log_sd = float(np.log(context.settings.noise.quiet_noise_factor))
+def _scaled(context: Context, noise: NoiseModel, factor: float, scatter: float) -> NoiseModel:
+    """Noise model with the track noise times a factor, of which the logarithm has a standard deviation."""
+    log_sd = float(np.hypot(np.log(context.settings.noise.quiet_noise_factor), scatter))
     columns = dict(noise.columns)
     for name in TRACK_COLUMNS:
         if (c := columns.get(name)) is not None and c.used > 0.0:

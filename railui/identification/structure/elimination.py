@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -22,15 +22,16 @@ from railui.vehicle.model import Model
 REMOVAL_TOLERANCE = 1e-4
 
 
-def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep], previous: Stage | None) -> Stage:
+def remove_superfluous(
+    context: Context, final: Stage, steps: list[SelectionStep], previous: Stage | None, finish: Callable[[Fit], Fit]
+) -> Stage:
     """Remove the least needed effect until all are needed, see `_is_needed`; updates `steps`.
 
     previous: the model before the last effect was added; None where it was one of a pair, of which each is tested
     without the other.
+    finish: fits a model to the end.
     """
-    removed = True
-    while removed and not context.is_out_of_time:
-        removed = False
+    while not context.is_out_of_time:
         added = [i for i, s in enumerate(steps) if s.added]
         if len(added) < 2:
             break
@@ -46,11 +47,38 @@ def remove_superfluous(context: Context, final: Stage, steps: list[SelectionStep
             context.progress.message(f"  without {refit_text(steps[i].added)}: NRMSE {stage.validation.nrmse:.4f}")
             if not _is_needed(context, stage, final):
                 needless.append((i, stage))
-        if needless:
-            i, final = min(needless, key=lambda one: one[1].validation.nrmse)
-            previous, removed = None, True
-            steps[i] = replace(steps[i], added=None)
+        removed = _least_needed(context, final, needless, previous, finish)
+        if removed is None:
+            break
+        i, final = removed
+        previous, steps[i] = None, replace(steps[i], added=None)
     return final
+
+
+def _least_needed(
+    context: Context,
+    final: Stage,
+    needless: Sequence[tuple[int, Stage]],
+    previous: Stage | None,
+    finish: Callable[[Fit], Fit],
+) -> tuple[int, Stage] | None:
+    """Return the step of the least needed effect and the model without it, fitted to the end.
+
+    None where all are needed once the models without them are fitted to the end. That of `previous` has been.
+    """
+    for i, stage in sorted(needless, key=lambda one: np.nan_to_num(one[1].validation.nrmse, nan=np.inf)):
+        finished = stage if stage is previous else _finished(context, stage.fit, finish)
+        if finished is not None and not _is_needed(context, finished, final):
+            return i, finished
+    return None
+
+
+def _finished(context: Context, fit: Fit, finish: Callable[[Fit], Fit]) -> Stage | None:
+    """Fit a model to the end and validate it; None where the vehicle diverges next to the estimate."""
+    try:
+        return validated_stage(context, finish(fit))
+    except DivergedError:
+        return None
 
 
 def remove_undetermined(
@@ -73,10 +101,7 @@ def remove_undetermined(
         i = max(undetermined, key=lambda i: spreads[i])
         tried.add(i)
         without = _without_effect(context, final.fit, steps[i].added, misfit_limit=np.inf)
-        try:
-            stage = None if without is None else validated_stage(context, finish(without.fit))
-        except DivergedError:
-            stage = None
+        stage = None if without is None else _finished(context, without.fit, finish)
         if stage is None or not np.isfinite(stage.validation.nrmse):
             continue
         context.progress.message(

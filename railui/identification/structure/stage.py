@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from railui.campaign.settings.detection import SelectionSettings
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.noise_floor import sensor_noise_error
-from railui.identification.estimation.validation import Validation, is_significant_gain, validate
+from railui.identification.estimation.validation import ErrorReduction, Validation, is_significant_gain, validate
 from railui.identification.structure.pairs import PairRefit, PairSearch
 from railui.identification.structure.refit import Refit, cross_validation_errors
 from railui.identification.structure.score_test import ScoreTestResult
+from railui.identification.structure.student import from_normal
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +71,17 @@ def gains(context: Context, old: Stage, new: Stage) -> bool:
     before, after = (stage.fit.normal.misfit_per_sample for stage in (old, new))
     if after > settings.decisive_misfit_ratio * before:
         return False
-    gain, sd = old.validation.error_reduction(new.validation)
+    gain = old.validation.error_reduction(new.validation)
     noise = sensor_noise_error(context, context.dataset.selection) / old.validation.nrmse
-    return gain >= context.campaign.min_gain * (1.0 - noise**2) and gain > settings.decisive_standard_errors * sd
+    return gain.share >= context.campaign.min_gain * (1.0 - noise**2) and is_decisive(settings, gain)
+
+
+def is_decisive(settings: SelectionSettings, gain: ErrorReduction) -> bool:
+    """True where a gain differs from zero by the decisive standard errors, by Student's t of the same probability."""
+    if gain.degrees_of_freedom < 1:  # a single block, or a model that diverges
+        return gain.share > 0.0 and gain.standard_error == 0.0
+    least = from_normal(settings.decisive_standard_errors, gain.degrees_of_freedom)
+    return gain.share > least * gain.standard_error
 
 
 def pair_steps(context: Context, step: SelectionStep, pair: PairRefit) -> list[SelectionStep]:

@@ -34,8 +34,14 @@ from railui.identification.structure.pairs import (
 from railui.identification.structure.refit import Refit, cross_validation_errors, refit_candidates, simplest_refit
 from railui.identification.structure.rivals import RivalExplanations
 from railui.identification.structure.score_test import ScoreTest, ScoreTestResult
-from railui.identification.structure.stage import SelectionStep, Stage, gains, pair_steps, validated_stage
-from railui.identification.structure.student import from_normal
+from railui.identification.structure.stage import (
+    SelectionStep,
+    Stage,
+    gains,
+    is_decisive,
+    pair_steps,
+    validated_stage,
+)
 from railui.parallel import map_threads, run_both
 from railui.vehicle.effects import PlacedEffect
 
@@ -110,7 +116,7 @@ class StepwiseSelection:
         accepted, count = path.stages[path.accepted], path.accepted
         steps = [s if i < count else replace(s, added=None) for i, s in enumerate(path.steps)]
         previous = path.stages[count - 1] if count and not steps[count - 1].in_pair else None
-        final = remove_superfluous(self.context, accepted, steps, previous)
+        final = remove_superfluous(self.context, accepted, steps, previous, self._final_fit)
         final = exchange_effects(self.context, final, steps, self._final_fit)
         final = replace_by_limits(self.context, final, steps, self._final_fit)
         final = remove_undetermined(self.context, final, steps, self._final_fit)
@@ -238,9 +244,7 @@ class StepwiseSelection:
             return False
         if scores.p <= self.context.settings.score_test.significance_level:
             return True
-        gain, sd = old.validation.error_reduction(new.validation)
-        freedom = max(len(old.validation.block_errors) - 1, 1)
-        return gain > from_normal(self.settings.decisive_standard_errors, freedom) * sd
+        return is_decisive(self.settings, old.validation.error_reduction(new.validation))
 
     def _validated(self, fit: Fit) -> Stage:
         return validated_stage(self.context, fit)

@@ -74,7 +74,8 @@ class RunDependence:
     """A parameter that differs from run to run.
 
     ratios: ratio to the value by path, of the parameter itself (1) and of those that vary in proportion. p:
-    family-wise. validation: that of the model with the value of each validation run.
+    family-wise, of the hypothesis that no parameter differs. validation: that of the model with the value of each
+    validation run.
     """
 
     path: str

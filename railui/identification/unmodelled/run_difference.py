@@ -45,7 +45,8 @@ def find_run_dependence(
     if change is None:
         return None
     context.progress.message(
-        f"  {change.path} separate for every run: NRMSE {change.validation.nrmse:.4f}, p {change.p:.4f}"
+        f"  p {change.p:.4f} that no parameter differs from run to run; "
+        f"{change.path} separate for every run: NRMSE {change.validation.nrmse:.4f}"
     )
     if not is_significant_gain(context, validation, change.validation):
         return None
@@ -83,7 +84,7 @@ def _of_run_dependence(
     context: Context, fit: Fit, validation: Validation, change: RunDependence, evidence: LocationEvidence
 ) -> Discrepancy:
     """Return a parameter that differs from run to run as a discrepancy."""
-    share, _ = validation.error_reduction(change.validation)
+    share = validation.error_reduction(change.validation).share
     at, wheelset = location_of(change.path, change.ratios, fit.model)
     calibrated = fit.model.value(change.path)
     extreme = max((r for r in change.runs if r.role == "validate"), key=lambda r: abs(r.value - calibrated))

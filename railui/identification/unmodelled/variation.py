@@ -21,11 +21,13 @@ def find_variation(context: Context, fit: Fit) -> Discrepancy | None:
 
     None if chance explains as much.
     """
-    drifts = find_drifts(context, fit)
-    if not drifts or drifts[0].share < context.settings.discrepancy.min_drift_share:
+    drifts, least = find_drifts(context, fit), context.settings.discrepancy.min_drift_share
+    if not drifts or drifts[0].share < least:
         return None
     try:
         drift = refine_drift(context, fit, drifts[0])
+        if drift.share < least:  # the linear estimate promised more
+            return None
         validation = validate_drift(context, fit.model, drift, context.dataset.selection)
     except SimulationError:
         return None

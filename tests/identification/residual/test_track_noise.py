@@ -80,6 +80,25 @@ def test_a_level_that_is_known_closely_stays(residual: tuple[Context, Validation
     assert level_found(with_levels(context, 0.5, np.log(1.2)), validation) is None
 
 
+def test_what_is_left_bounds_a_level_that_was_stated_closely(residual: tuple[Context, Validation]) -> None:
+    context, validation = residual
+    assert level_found(with_levels(context, 2.0, np.log(1.02)), validation) == pytest.approx(TRUE_YW, rel=0.15)
+
+
+def test_the_level_found_has_the_scatter_of_a_realisation(
+    residual: tuple[Context, Validation], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A floor that scatters by half of itself widens the limit: twice the stated level is believed then."""
+    context, validation = residual
+    context = with_levels(context, 0.5, np.log(1.2))
+    floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
+    assert with_track_noise(context, context.nominal, validation, floor) is None
+    share = (floor.nrmse**2 - floor.sensors_only**2) / floor.nrmse**2  # d ln(level) = share^-1 d ln(error)
+    found = with_track_noise(context, context.nominal, validation, replace(floor, sd=0.5 * share * floor.nrmse))
+    assert found is not None
+    assert found[0].noise.log_sd("yw") == pytest.approx(np.hypot(np.log(1.3), 0.5), rel=1e-6)
+
+
 def test_a_track_stated_without_noise_has_none(
     residual: tuple[Context, Validation], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,10 +13,16 @@ from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import prepare_segments
 from railui.identification.estimation.validation import Validation
+from railui.identification.prediction import DivergedError
 from railui.identification.structure import elimination
 from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.candidates import Candidate, list_candidates
-from railui.identification.structure.elimination import _is_needed, _without_effect, remove_undetermined
+from railui.identification.structure.elimination import (
+    _is_needed,
+    _without_effect,
+    remove_superfluous,
+    remove_undetermined,
+)
 from railui.identification.structure.refit import Refit
 from railui.identification.structure.stage import SelectionStep, Stage, validated_stage
 from railui.vehicle.design_reader import PlacedEffect
@@ -105,3 +111,39 @@ def test_an_effect_of_which_no_number_is_determined_is_removed() -> None:
     assert [s.added is not None for s in steps] == [True, False]
     assert left.validation.nrmse == pytest.approx(final.validation.nrmse, rel=0.01)
     assert remove_undetermined(context, left, steps, finish) is left
+
+
+@pytest.fixture(scope="module")
+def with_superfluous_damper() -> tuple[Context, Stage, list[SelectionStep]]:
+    """The true clearance and a small damper that the vehicle does not have, fitted to the end."""
+    context = simulated_campaign(PLAY).context
+    play = PlacedEffect("free_play", "primary_lateral", None, {"half_width": 4e-4})
+    return context, *selected(context, context.nominal.with_effect(play).with_effect(COLLINEAR))
+
+
+def test_the_model_without_a_superfluous_effect_is_fitted_to_the_end(
+    with_superfluous_damper: tuple[Context, Stage, list[SelectionStep]],
+) -> None:
+    context, final, steps = with_superfluous_damper
+    steps, finished = list(steps), list[Fit]()
+
+    def finish(fit: Fit) -> Fit:
+        finished.append(fit_output_error(context, fit.model, fit.free.paths, segments=fit.segments))
+        return finished[-1]
+
+    left = remove_superfluous(context, final, steps, None, finish)
+    assert [e.kind for e in left.fit.model.effects] == ["free_play"] and left.fit is finished[-1]
+    assert [s.added is not None for s in steps] == [True, False]
+
+
+def test_an_effect_stays_without_which_no_fit_ends(
+    with_superfluous_damper: tuple[Context, Stage, list[SelectionStep]],
+) -> None:
+    context, final, steps = with_superfluous_damper
+    steps = list(steps)
+
+    def finish(fit: Fit) -> Fit:
+        raise DivergedError("the vehicle diverges")
+
+    assert remove_superfluous(context, final, steps, None, finish) is final
+    assert all(s.added is not None for s in steps)

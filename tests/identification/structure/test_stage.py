@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
@@ -18,7 +19,15 @@ from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.candidates import Candidate
 from railui.identification.structure.pairs import PairRefit
 from railui.identification.structure.refit import Refit
-from railui.identification.structure.stage import SelectionStep, Stage, gains, indistinguishable_kinds, pair_steps
+from railui.identification.structure.stage import (
+    SelectionStep,
+    Stage,
+    gains,
+    indistinguishable_kinds,
+    is_decisive,
+    pair_steps,
+)
+from railui.identification.structure.student import from_normal
 from tests.blind.simulated import simulated_campaign
 
 BLOCKS = 20
@@ -55,11 +64,30 @@ def test_sensor_noise_does_not_count_where_the_misfit_is_halved(context: Context
 
 def test_such_a_gain_has_to_exceed_three_standard_errors(context: Context) -> None:
     old, new = made(100.0, 0.17), made(20.0, 0.16)
-    gain, _ = old.validation.error_reduction(new.validation)
+    gain = old.validation.error_reduction(new.validation).share
     # blocks that alternate by c of the new error: standard error c (0.16/0.17)^2 / sqrt(20 - 1)
-    limit = gain / 3.0 * np.sqrt(BLOCKS - 1) * (0.17 / 0.16) ** 2
+    limit = gain / from_normal(3.0, BLOCKS - 1) * np.sqrt(BLOCKS - 1) * (0.17 / 0.16) ** 2
     assert gains(context, old, made(20.0, 0.16, scatter=0.98 * limit))
     assert not gains(context, old, made(20.0, 0.16, scatter=1.02 * limit))
+
+
+@pytest.mark.parametrize(("memory", "limit"), [(0.0, 0.004), (0.5, 0.007), (0.9, 0.02)])
+def test_chance_is_seldom_a_decisive_gain(context: Context, memory: float, limit: float) -> None:
+    """Probability beyond three standard errors: 0.00135; with all 100 blocks counted, 0.05 at a memory of 0.9."""
+    rng, draws = np.random.default_rng(8), 1500
+    less = lfilter([1.0], [1.0, -memory], rng.standard_normal((draws, 160)), axis=1)[:, 60:]
+    ones = np.ones(100)
+    before = Validation({}, 10.0, (), (), ones)
+    decisive = [
+        is_decisive(context.settings.selection, before.error_reduction(Validation({}, 10.0, (), (), ones - 1e-3 * row)))
+        for row in less
+    ]
+    assert np.mean(decisive) <= limit
+
+
+def test_one_block_has_no_decisive_gain(context: Context) -> None:
+    old, new = (Validation({}, x, (), (), np.array([x**2])) for x in (1.0, 0.1))
+    assert not is_decisive(context.settings.selection, old.error_reduction(new))
 
 
 def test_the_error_of_sensor_noise_is_that_of_its_realisations() -> None:

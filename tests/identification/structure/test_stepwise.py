@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from railui.identification.estimation.validation import ErrorReduction
 from railui.identification.prediction import DivergedError
 from railui.identification.structure import stepwise
 from railui.identification.structure.stepwise import StepwiseSelection, _Path
@@ -92,7 +93,7 @@ def test_runners_up_that_are_fitted_at_once_have_one_thread_each(monkeypatch, co
 @pytest.mark.parametrize(("p", "standard_errors", "gains"), [(0.001, 1.5, True), (0.5, 1.5, False), (0.5, 3.5, True)])
 def test_without_a_significant_score_a_gain_must_be_clear(monkeypatch, p, standard_errors, gains):
     monkeypatch.setattr(stepwise, "gains", lambda context, old, new: True)
-    validation = SimpleNamespace(error_reduction=lambda other: (0.1, 0.1 / standard_errors), block_errors=np.ones(50))
+    validation = SimpleNamespace(error_reduction=lambda other: ErrorReduction(0.1, 0.1 / standard_errors, 49))
     old, new = SimpleNamespace(validation=validation), SimpleNamespace(validation=None)
     selection = StepwiseSelection(simulated_campaign().context)
     assert selection._gains(SimpleNamespace(p=p, rho2=0.4), old, new) is gains
