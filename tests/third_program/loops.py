@@ -12,15 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from railui.cli import cli
+from railui.report.numbers import quantity_with_sd
 from tests.third_program.campaign import CASES, Case, write
 
 HEAD = "| campaign | verdict | effect | location | size, estimated | true | NRMSE | with the effect | noise floor |"
 RULE = "| --- | --- | --- | --- | ---: | ---: | ---: | ---: | ---: |"
+SIZES = {"force": "N", "half_width": "m", "gap": "m"}  # with their units; the runs of the rig are in SI units
 
 
 def size_of(case: Case) -> str:
     """Name of the parameter that says how large an effect is."""
-    return next(key for key in ("force", "half_width", "gap") if key in case.effect)
+    return next(key for key in SIZES if key in case.effect)
 
 
 def loop(case: Case, folder: Path) -> dict[str, Any]:
@@ -43,9 +45,10 @@ def row(name: str, report: Mapping[str, Any]) -> str:
     places = ", ".join(e["at"] + (f" {e['wheelset']}" if e["wheelset"] else "") for e in effects) or "none"
     key = size_of(case)
     size = next((e["parameters"][key] for e in effects if e["kind"] == case.effect["kind"]), None)
-    estimate = "none" if size is None else f"{size['value']:.4g} +/- {size['sd']:.1g} {size['unit']}".removesuffix(" 1")
+    unit = SIZES[key]
+    estimate = "none" if size is None else quantity_with_sd(size["value"], size["sd"], unit)
     errors = (report[x]["nrmse"] for x in ("before", "after", "floor"))
-    cells = (name, report["verdict"], kinds, places, estimate, f"{case.effect[key]:g}")
+    cells = (name, report["verdict"], kinds, places, estimate, quantity_with_sd(case.effect[key], None, unit))
     return "| " + " | ".join([*cells, *("none" if x is None else f"{x:.3f}" for x in errors)]) + " |"
 
 

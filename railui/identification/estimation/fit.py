@@ -177,7 +177,7 @@ class Fit:
 
 
 def block_duration(settings: CalibrationSettings, model: Model, segments: Sequence[Segment]) -> float:
-    """Duration [s] of a block: some hunting periods of the model; a share of a rig's record."""
+    """Duration [s] of a block: some hunting periods, less of short runs; a share of a rig's record."""
     if not model.design.is_on_track:
         runs = [s.window_of or s for s in segments]
         return max(s.samples * s.dt for s in runs) / settings.rig_block_count
@@ -187,5 +187,6 @@ def block_duration(settings: CalibrationSettings, model: Model, segments: Sequen
         default=DEFAULT_HUNTING_FREQUENCY,
     )
     period = settings.block_hunting_periods * 2.0 * np.pi / max(hunting, MIN_HUNTING_FREQUENCY)
-    longest = sum(s.samples * s.dt for s in segments) / LEAST_BLOCKS if segments else np.inf
-    return min(max(settings.min_block_duration, period), longest)
+    total = sum(s.samples * s.dt for s in segments) if segments else np.inf
+    duration = max(min(period, total / settings.block_count), settings.min_block_duration)
+    return min(duration, total / LEAST_BLOCKS)

@@ -15,6 +15,7 @@ import pytest
 from railui.campaign.campaign import load_campaign
 from railui.campaign.comparison import kernel_filter
 from railui.campaign.dataset import read_dataset
+from railui.campaign.noise.model import NoiseModel
 from railui.identification.context import Context, create_context
 from railui.identification.estimation.calibration import calibrate
 from railui.identification.estimation.covariance import block_covariance, t_factors
@@ -106,6 +107,26 @@ def test_last_step_removes_the_bias_from_track_noise(tmp_path):
     before, after = scores_of_truth(noisy_track(), fit), scores_of_truth(noisy_track(), last)
     assert np.sqrt(np.mean(after**2)) < 0.75 * np.sqrt(np.mean(before**2))
     assert np.allclose(last.least_squares, fit.x)
+
+
+def with_track_noise(context: Context, log_sd: float | None) -> Context:
+    """The context with track noise of a level that is known so closely; None: without any."""
+    columns = {c: n for c, n in context.noise.columns.items() if log_sd is not None or c not in TRACK}
+    columns = {c: replace(n, log_sd=log_sd) if c in TRACK else n for c, n in columns.items()}
+    return replace(context, dataset=replace(context.dataset, noise=NoiseModel(columns)))
+
+
+def test_the_level_of_track_noise_is_uncertain_by_one_factor(tmp_path):
+    """The bias grows as its square: a standard deviation of 0.3 of its logarithm is one of 0.6 of the bias."""
+    context, fit = fitted(noisy_track(), tmp_path)
+    without, exact, uncertain = (
+        with_unbiased_estimates(with_track_noise(context, log_sd), fit) for log_sd in (None, 0.0, 0.3)
+    )
+    bias = without.shift - exact.shift
+    assert bias.any() and np.allclose(uncertain.shift, exact.shift)
+    added = uncertain.covariance - exact.covariance
+    spread = np.sqrt(np.diag(exact.covariance))
+    assert np.allclose(added / np.outer(spread, spread), 0.36 * np.outer(bias / spread, bias / spread), atol=1e-9)
 
 
 def test_no_stated_track_noise_gives_no_bias(tmp_path):

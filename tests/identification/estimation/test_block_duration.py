@@ -1,0 +1,43 @@
+"""Duration of the blocks of time from which standard deviations and scores follow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import Dataset, read_dataset
+from railui.campaign.settings.loop_settings import LoopSettings
+from railui.identification.context import create_context
+from railui.identification.estimation.fit import block_duration
+from tests.blind.simulated import simulated_campaign
+
+DESIGNS = Path(__file__).parents[3] / "designs"
+CALIBRATION = LoopSettings().calibration
+
+
+def duration(dataset: Dataset, seconds: float) -> float:
+    """Duration of a block where the estimation runs last so long."""
+    context = create_context(dataset, jobs=1)
+    first = context.dataset.estimation[0]
+    length = round(seconds / first.dt)
+    return block_duration(context.settings.calibration, context.nominal, [first.truncated(length)])
+
+
+@pytest.mark.parametrize(
+    ("seconds", "expected"),
+    [
+        (36.0, 1.8),  # in twenty blocks
+        (15.0, CALIBRATION.min_block_duration),  # in no more than fifteen
+        (2.0, 0.5),  # in four at least
+    ],
+)
+def test_a_coach_whose_body_sways_slowly_has_twenty_blocks(seconds: float, expected: float) -> None:
+    dataset = read_dataset(load_campaign(DESIGNS / "campaigns" / "worn_centre_guide"))
+    assert duration(dataset, seconds) == pytest.approx(expected, rel=0.01)
+
+
+def test_a_bogie_has_as_many_as_its_hunting_periods_allow() -> None:
+    dataset = simulated_campaign().context.dataset
+    assert duration(dataset, 20.0) == pytest.approx(CALIBRATION.min_block_duration)
