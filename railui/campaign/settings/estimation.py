@@ -75,8 +75,8 @@ class CalibrationSettings:
     )
     element_prior_share: float = setting(
         0.5,
-        meaning="Prior standard deviation of stiffness, damping and effects of a nominal vehicle of bodies, "
-        "in their nominal values.",
+        meaning="Prior standard deviation of stiffness, damping and effects of a nominal vehicle of bodies, and of a "
+        "number of any vehicle that moves nothing, in their nominal values.",
     )
     prior_drift: float = setting(
         0.05,

@@ -14,11 +14,13 @@ from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.vehicle.model import Model
 from railui.vehicle.parameter import is_curve_point, is_numbered
+from railui.vehicle.superseded import superseded_paths
 
 USUAL_PHASE = 0.3  # rad
 RIG_ANGULAR_FREQUENCY = 62.8  # rad/s: 10 Hz
 RIG_DAMPING_RATIO = 0.1
 BOUND_WIDTH = 1e-6  # of the usual size: an estimate so near a bound counts as being on it
+DRIVEN = {"Qy": "vehicle.secondary.lateral_", "Qpsi": "vehicle.secondary.yaw_"}  # by a measured force of the carbody
 RATE_ORDER = {"z": 1, "vz": 0, "az": -1}  # powers of the angular frequency that make a rate of a channel
 
 
@@ -142,8 +144,18 @@ def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
     if model.design.structure is not None and (path.startswith("vehicle.") or is_numbered(path)):
         # of the many elements and wheelsets of a vehicle its sensors barely see some
         undriven = context.settings.calibration.element_prior_share * abs(nominal) or np.inf
+    size = max(abs(nominal), 0.01 * (high - low))
+    if _has_no_influence(context, model, path):
+        undriven = context.settings.calibration.element_prior_share * size
     prior_sd = parameter.prior_sd if parameter.prior_sd is not None else undriven
-    return _Bounds(low, high, max(abs(nominal), 0.01 * (high - low)), nominal, prior_sd)
+    return _Bounds(low, high, size, nominal, prior_sd)
+
+
+def _has_no_influence(context: Context, model: Model, path: str) -> bool:
+    """True for a number that moves nothing: an effect has its own in its place, or all runs have the measured force."""
+    segments = context.dataset.estimation
+    measured = tuple(prefix for q, prefix in DRIVEN.items() if segments and all(q in s.columns for s in segments))
+    return path.startswith(measured) or path in superseded_paths(model.design)
 
 
 def _effect_bounds(model: Model, path: str, curve_prior_sd: float) -> _Bounds:
