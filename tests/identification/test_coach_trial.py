@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
+import numpy as np
+import pytest
 import yaml
 
+from railui.campaign.campaign import load_campaign
+from railui.campaign.dataset import read_dataset
 from tests.blind.assessment import TrialRow
 from tests.blind.coach_cases import FLOOR_SENSORS, draw_coaches, library_entries, planted_effect
 from tests.blind.coach_table import coach_totals, has_right_joints, names_wrongly, outcome
 from tests.blind.coaches import groups_of
+from tests.blind.realisations import coaches_without_effect, write_realisations
+from tests.blind.realisations import row as realisation_row
 from tests.truth.coach_campaign import drawn, steps_of, true_values
 
 
@@ -70,3 +77,18 @@ def test_an_immaterial_effect_may_be_missed_but_no_other_named_in_its_place() ->
     material = row(3, planted, "hysteresis secondary_yaw", right_name=False, after=0.12)
     for x, share in ((missed, "1 of 1"), (replaced, "0 of 1"), (material, "0 of 1")):
         assert f"of the oracle and no wrong name | {share}" in "\n".join(coach_totals([x]))
+
+
+def test_realisations_of_a_campaign_differ_by_their_noise_alone(tmp_path: Path) -> None:
+    case = next(c for c in coaches_without_effect(101000, (12.0, 12.0)) if not c.nuisance)
+    folders = write_realisations(case, 2, tmp_path)
+    first, second = (read_dataset(load_campaign(folder)).estimation[0].columns for folder in folders)
+    sd = yaml.safe_load((folders[0] / "campaign.yaml").read_text())["noise"]["d1"]
+    assert np.std(first["d1"] - second["d1"]) == pytest.approx(np.sqrt(2.0) * sd, rel=0.2)
+    assert np.array_equal(first["v"], second["v"])
+    assert (folders[0] / "truth.yaml").read_bytes() == (folders[1] / "truth.yaml").read_bytes()
+
+
+def test_the_table_of_realisations_counts_intervals_and_their_scores() -> None:
+    line = realisation_row("7", "all", "", np.array([[0.0, 2.0], [-1.0, -2.0]]))
+    assert line == "| 7 | all |  | 2 of 4 | 50 | 1.50 |"

@@ -136,6 +136,7 @@ class Order:
     unmeasured: float = 0.0  # N: standard deviation of a random force on both frames
     spread: Mapping[str, float] = field(default_factory=dict)  # field of the coach to the width of its draw
     conicity: float = NOMINAL_CONICITY  # of the nominal design; above it the coach may hunt
+    realisation: int = 0  # of the noise of sensors and track, on the same motion
 
     def all_effects(self, run: int) -> list[Effect]:
         """The effects of a run, with the unmeasured force and the seed of a random force."""
@@ -275,7 +276,7 @@ def _sd(channel: str) -> float:
 def _write_run(
     order: Order, c: Coach, run: Any, states: Array, accelerations: Array, folder: Path, letter: str, i: int
 ) -> None:
-    rng = np.random.default_rng([order.seed, 13, i])
+    rng = np.random.default_rng([order.seed, 13, i, order.realisation])
     warm = round(WARM * RATE)
     channels = _sensed(c, run, states, accelerations)
     columns = {"t": run.t, "s": run.s, "v": run.v, "yw": run.yw, "phiw": run.phiw}
