@@ -98,19 +98,20 @@ def collect_information(
     segments = context.dataset.estimation
     candidates = list_candidates(model, segments, without=context.excluded, loaded=context.campaign.track == "loaded")
     keys = tuple((b.members[member], shape) for b in batch_candidates(candidates) for member, shape in b.lanes)
-    seconds = block_duration(context.settings.calibration, model, segments)
+    # of every run alone: which others are chosen with it is not known yet
+    seconds = [block_duration(context.settings.calibration, model, [target.segment]) for target in prepared]
     x = np.array([model.value(p) for p in free.paths])
     names = [(c.kind, c.at, c.wheelset, dict(c.shapes[shape])) for c, shape in keys]
     noise, band = dict(context.dataset.noise), context.campaign.noise_band
     test, step = context.settings.score_test, context.settings.calibration.damped_mode_step
     constant = (free.paths, x, names, test, step, noise, band, context.seed)
     names_of_runs = [
-        content_key((*constant, i, block_length(seconds, target), *_content_of(target)))
+        content_key((*constant, i, block_length(seconds[i], target), *_content_of(target)))
         for i, target in enumerate(prepared)
     ]
     found = {i: result for i, name in enumerate(names_of_runs) if store and (result := store.read(name)) is not None}
     open_jobs = [
-        RunJob(context, target, i, tuple(candidates), seconds) for i, target in enumerate(prepared) if i not in found
+        RunJob(context, target, i, tuple(candidates), seconds[i]) for i, target in enumerate(prepared) if i not in found
     ]
     for number, result in _results(open_jobs, len(free.paths), len(keys), cluster):
         job = open_jobs[number]

@@ -12,16 +12,18 @@ if TYPE_CHECKING:
     from railui.vehicle.design import Design
 
 
-def superseded_paths(design: Design) -> dict[str, str]:
+def superseded_paths(design: Design, *, with_defaults: bool = False) -> dict[str, str]:
     """Return the path of the effect's number by that of the vehicle's which it replaces.
 
     As of a coach_mode with a stiffness and a damping of its own; where it has none, it takes those of the vehicle.
+
+    with_defaults: include numbers that the effect has taken from the vehicle, which do not follow it in a fit.
     """
     replaced = {}
     for i, effect in enumerate(design.effects):
         record = record_of(effect.kind, kernel_catalogue()) or {}
         for term in ("stiffness", "damping"):
-            is_own = term in effect.parameters and term not in effect.defaulted
+            is_own = term in effect.parameters and (with_defaults or term not in effect.defaulted)
             if is_own and term in str(record.get("supersedes")):
                 replaced[f"vehicle.{effect.at.replace('_', '.', 1)}_{term}"] = f"effects.{i}.{term}"
     return replaced

@@ -1,7 +1,8 @@
-"""Coverage of the stated intervals over realisations of the noise, on the coaches of a trial without an effect.
+"""Intervals and false alarms over realisations of the noise, on the coaches of a trial without an effect.
 
 In a trial the parameters of a campaign share its noise: some ten intervals contain the truth, or miss it, together.
-Here vehicle, track and motion of a campaign stay, and sensors and recorder of the track have other noise each time.
+Here vehicle, track and motion of a campaign stay, and sensors and recorder of the track have other noise each time. An
+unmeasured force would stay as well: campaigns with one are left out.
 
 python -m tests.blind.realisations --seed 101000 --realisations 20
 """
@@ -14,25 +15,35 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from railui.arrays import FloatArray
 from railui.campaign.campaign import load_campaign
 from railui.campaign.dataset import read_dataset
-from railui.identification.loop import calibrate_only
+from railui.campaign.settings.loop_settings import LoopSettings
+from railui.identification.loop import close_loop
 from tests.blind.coach_cases import CoachCase, draw_coaches
 from tests.blind.processes import process_pool
-from tests.blind.table import NORMAL_QUANTILE_95
+from tests.blind.table import BOOTSTRAP_DRAWS, NORMAL_QUANTILE_95
 from tests.truth.coach_campaign import drawn, true_values, write_campaigns
 
-HEAD = "| campaign | sensors | noise | intervals with the true value | % | rms of error over standard deviation |"
-RULE = "| ---: | --- | --- | ---: | ---: | ---: |"
+HEAD = "| campaign | sensors | noise | false alarms | significant | intervals with the true value | % | 95 % limits |"
+RULE = "| ---: | --- | --- | ---: | ---: | ---: | ---: | ---: |"
+
+
+class Outcome(NamedTuple):
+    """Result of a loop: its verdict, p of the first score test, and errors over standard deviations [parameter]."""
+
+    verdict: str
+    p: float
+    scores: FloatArray
 
 
 def coaches_without_effect(seed: int, seconds: Sequence[float]) -> list[CoachCase]:
-    """Select the campaigns of a trial in which no effect is planted."""
-    return [case for case in draw_coaches(seed, seconds) if case.sort == "nothing"]
+    """Select the campaigns of a trial with neither an effect nor an unmeasured force."""
+    return [c for c in draw_coaches(seed, seconds) if c.sort == "nothing" and not c.order.unmeasured]
 
 
 def write_realisations(case: CoachCase, count: int, directory: Path) -> list[Path]:
@@ -43,19 +54,29 @@ def write_realisations(case: CoachCase, count: int, directory: Path) -> list[Pat
     return folders
 
 
-def scores_of(case: CoachCase, folder: Path) -> FloatArray:
-    """Errors of the calibrated parameters over their standard deviations."""
-    fit = calibrate_only(read_dataset(load_campaign(folder)), jobs=1).before
-    true = true_values(drawn(case.order))
-    return np.array([(x - true[p]) / sd for p, x, sd in zip(fit.free.paths, fit.x, fit.sd, strict=True) if p in true])
+def run(case: CoachCase, folder: Path) -> Outcome:
+    """Run the loop on a campaign; a model with a false effect has no scores."""
+    result = close_loop(read_dataset(load_campaign(folder)), jobs=1)
+    true, fit = true_values(drawn(case.order)), result.after
+    estimates = zip(fit.free.paths, fit.x, fit.sd, strict=True)
+    scores = [(x - true[p]) / sd for p, x, sd in estimates if p in true and sd > 0]
+    return Outcome(result.verdict, result.steps[0].score_test.p, np.array(scores if result.verdict == "none" else []))
 
 
-def row(campaign: str, sensors: str, noise: str, scores: FloatArray) -> str:
-    """Format a line of the table for scores of any shape."""
-    inside = np.abs(scores) <= NORMAL_QUANTILE_95
-    rms = float(np.sqrt(np.mean(scores**2)))
-    count = f"{inside.sum()} of {inside.size}"
-    return f"| {campaign} | {sensors} | {noise} | {count} | {100 * inside.mean():.0f} | {rms:.2f} |"
+def row(names: Sequence[str], outcomes: Sequence[Outcome]) -> str:
+    """Format a line of the table; the limits are those of a bootstrap over the realisations."""
+    level = LoopSettings().score_test.significance_level
+    inside = [np.abs(o.scores) <= NORMAL_QUANTILE_95 for o in outcomes if o.scores.size]
+    counts = np.array([(x.sum(), x.size) for x in inside] or [(0, 0)])
+    right, of = counts.sum(axis=0)
+    alarms, significant = sum(o.verdict != "none" for o in outcomes), sum(o.p <= level for o in outcomes)
+    cells = [*names, f"{alarms} of {len(outcomes)}", f"{significant} of {len(outcomes)}", f"{right} of {of}"]
+    if of:
+        drawn_again = np.random.default_rng(5).integers(len(counts), size=(BOOTSTRAP_DRAWS, len(counts)))
+        sums = counts[drawn_again].sum(axis=1)
+        low, high = 100.0 * np.quantile(sums[:, 0] / sums[:, 1], (0.025, 0.975))
+        cells += [f"{100 * right / of:.0f}", f"{low:.0f} to {high:.0f}"]
+    return f"| {' | '.join(cells)} |"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -68,13 +89,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     p.add_argument("--processes", type=int, default=2, choices=(1, 2))
     options = p.parse_args(arguments)
     print(HEAD, RULE, sep="\n", flush=True)
-    every = []
+    every: list[Outcome] = []
     with tempfile.TemporaryDirectory() as scratch, process_pool(options.processes) as pool:
         for case in coaches_without_effect(options.seed, options.seconds)[: options.campaigns]:
             folders = write_realisations(case, options.realisations, Path(scratch))
-            every.append(np.array(list(pool.map(partial(scores_of, case), folders))))
-            print(row(str(case.order.seed), case.sensors, case.nuisance or "as stated", every[-1]), flush=True)
-    print(row("all", "", "", np.concatenate([scores.ravel() for scores in every])))
+            outcomes = list(pool.map(partial(run, case), folders))
+            every += outcomes
+            print(row((str(case.order.seed), case.sensors, case.nuisance or "as stated"), outcomes), flush=True)
+    print(row(("all", "", ""), every))
 
 
 if __name__ == "__main__":

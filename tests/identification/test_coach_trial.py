@@ -15,7 +15,7 @@ from tests.blind.assessment import TrialRow
 from tests.blind.coach_cases import FLOOR_SENSORS, draw_coaches, library_entries, planted_effect
 from tests.blind.coach_table import coach_totals, has_right_joints, names_wrongly, outcome
 from tests.blind.coaches import groups_of
-from tests.blind.realisations import coaches_without_effect, write_realisations
+from tests.blind.realisations import Outcome, coaches_without_effect, write_realisations
 from tests.blind.realisations import row as realisation_row
 from tests.truth.coach_campaign import drawn, steps_of, true_values
 
@@ -89,6 +89,11 @@ def test_realisations_of_a_campaign_differ_by_their_noise_alone(tmp_path: Path) 
     assert (folders[0] / "truth.yaml").read_bytes() == (folders[1] / "truth.yaml").read_bytes()
 
 
-def test_the_table_of_realisations_counts_intervals_and_their_scores() -> None:
-    line = realisation_row("7", "all", "", np.array([[0.0, 2.0], [-1.0, -2.0]]))
-    assert line == "| 7 | all |  | 2 of 4 | 50 | 1.50 |"
+def test_the_table_of_realisations_counts_false_alarms_significant_scores_and_intervals() -> None:
+    outcomes = [
+        Outcome("none", 0.5, np.array([0.0, 2.0])),
+        Outcome("none", 0.0005, np.array([-1.0, -2.0])),
+        Outcome("effect", 0.0005, np.zeros(0)),
+    ]
+    assert realisation_row(("7", "all", ""), outcomes) == "| 7 | all |  | 1 of 3 | 2 of 3 | 2 of 4 | 50 | 50 to 50 |"
+    assert realisation_row(("7", "all", ""), outcomes[2:]) == "| 7 | all |  | 1 of 1 | 1 of 1 | 0 of 0 |"

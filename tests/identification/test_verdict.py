@@ -120,7 +120,7 @@ def test_an_unknown_noise_floor_makes_the_share_a_lower_bound():
 
 
 def test_a_model_that_diverges_is_reduced_by_what_is_better_than_no_motion():
-    assert diverged().error_reduction(validation(0.02, 0.02)) == pytest.approx((0.96, 0.0))
+    assert diverged().error_reduction(validation(0.02, 0.02)) == pytest.approx((0.96, 0.0, 0))
     assert diverged().error_reduction(validation(20.0, 5.0))[0] < 0.0  # no gain
     assert validation(0.05, 0.05).error_reduction(diverged())[0] == -np.inf
 

@@ -76,7 +76,7 @@ class CalibrationSettings:
     element_prior_share: float = setting(
         0.5,
         meaning="Prior standard deviation of stiffness, damping and effects of a nominal vehicle of bodies, and of a "
-        "number of any vehicle that moves nothing, in their nominal values.",
+        "number without influence, in their nominal values; of a nominal value of zero, in 1 % of its range.",
     )
     prior_drift: float = setting(
         0.05,
@@ -86,15 +86,16 @@ class CalibrationSettings:
         3.0,
         meaning="Hunting periods in a block of time; residuals in different blocks count as uncorrelated.",
         provenance="conventional: a block several correlation lengths long (heteroscedasticity- and "
-        "autocorrelation-consistent covariance); the number 3 was chosen by hand",
+        "autocorrelation-consistent covariance); the number 3 was chosen by hand; fewer where `block_count` asks for "
+        "more blocks",
     )
     block_count: float = setting(
         20.0,
         minimum=4.0,
-        meaning="Blocks of time in the runs, for which they are shortened: the slowest mode of a coach is that of its "
-        "body, and few blocks leave the standard deviations of the estimates uncertain.",
-        provenance="derived: a standard deviation from 20 blocks scatters by 1/sqrt(38), 16 %; correlated neighbours "
-        "are merged",
+        meaning="Number of blocks of time below which they are shortened, as those of a coach, whose body sways "
+        "slowly: few blocks leave the standard deviations of the estimates uncertain.",
+        provenance="derived: a standard deviation from 20 blocks scatters by 1/sqrt(38), 16 %; it has correlated "
+        "neighbours merged",
     )
     min_block_duration: float = setting(1.0, unit="s", meaning="Shortest block of time.")
     rig_block_count: float = setting(50.0, minimum=2.0, meaning="Blocks of time in a record of a rig.")

@@ -177,7 +177,7 @@ class Fit:
 
 
 def block_duration(settings: CalibrationSettings, model: Model, segments: Sequence[Segment]) -> float:
-    """Duration [s] of a block: some hunting periods, less of short runs; a share of a rig's record."""
+    """Duration [s] of a block: some hunting periods, shorter for short runs; a share of a rig's record."""
     if not model.design.is_on_track:
         runs = [s.window_of or s for s in segments]
         return max(s.samples * s.dt for s in runs) / settings.rig_block_count

@@ -152,10 +152,13 @@ def _vehicle_bounds(context: Context, model: Model, path: str) -> _Bounds:
 
 
 def _has_no_influence(context: Context, model: Model, path: str) -> bool:
-    """True for a number that moves nothing: an effect has its own in its place, or all runs have the measured force."""
+    """True for a number without influence on the estimation runs.
+
+    An effect has its own in its place, or the force there was measured in all of them.
+    """
     segments = context.dataset.estimation
     measured = tuple(prefix for q, prefix in DRIVEN.items() if segments and all(q in s.columns for s in segments))
-    return path.startswith(measured) or path in superseded_paths(model.design)
+    return path.startswith(measured) or path in superseded_paths(model.design, with_defaults=True)
 
 
 def _effect_bounds(model: Model, path: str, curve_prior_sd: float) -> _Bounds:

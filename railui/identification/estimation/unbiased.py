@@ -69,13 +69,14 @@ def with_unbiased_estimates(context: Context, fit: Fit) -> Fit:
     blocks = joint.blocks.copy()
     blocks[:, 1:, 0] = joint.blocks[:, 1:, :] @ residual
     covariance = block_covariance(blocks, joint.precision, joint.variance)[:p, :p] + errors.T @ errors
-    of_level = 2.0 * _log_sd_of_track_noise(context, fit) * bias  # the bias grows as the squared level
-    covariance += np.outer(of_level, of_level)
     shift = step[:p] - bias
     x = np.clip(fit.x + shift, fit.free.low, fit.free.high)
     model = fit.model.with_path_values(fit.free.paths, x)
     last = replace(fit, model=model, x=x, given_covariance=covariance, shift=x - fit.x)
-    return last if _is_as_good(context, fit, x) else with_shift_as_spread(fit, last)
+    if not _is_as_good(context, fit, x):
+        return with_shift_as_spread(fit, last)
+    of_level = 2.0 * _log_sd_of_track_noise(context, fit) * bias  # the bias grows as the squared level
+    return replace(last, given_covariance=covariance + np.outer(of_level, of_level))
 
 
 def _log_sd_of_track_noise(context: Context, fit: Fit) -> float:

@@ -54,20 +54,25 @@ def with_track_noise(
     if excess <= 0.0 or not validation.nrmse > floor.sensors_only:
         return None
     factor = float(np.sqrt((validation.nrmse**2 - floor.sensors_only**2) / excess))
+    level = _scaled(context, noise, factor, 0.0)
+    floor = estimate_noise_floor(_with(context, level), model, context.dataset.selection)
     scatter = _scatter_of_level(floor)
     if is_known and factor > _largest_factor(context, scatter):
         return None
+    if not _has_proportions(context, validation, floor):
+        return None
     found = _with(context, _scaled(context, noise, factor, scatter))
-    floor = estimate_noise_floor(found, model, context.dataset.selection)
-    return (found, floor) if _has_proportions(context, validation, floor) else None
+    return found, estimate_noise_floor(found, model, context.dataset.selection)
 
 
 def _scatter_of_level(floor: NoiseFloor) -> float:
-    """Standard deviation of the logarithm of a level that is taken from an error e^2 = s^2 + level^2 t^2.
+    """Standard deviation of the logarithm of the level with which a floor is e^2 = s^2 + level^2 t^2.
 
-    The error of one realisation scatters as those of the floor do: d ln(level) = e de / (e^2 - s^2).
+    The error of one realisation scatters as those of the floor do: d ln(level) = e de / (e^2 - s^2). Infinite where
+    noise of the sensors alone is as large.
     """
-    return float(floor.nrmse * np.nan_to_num(floor.sd) / (floor.nrmse**2 - floor.sensors_only**2))
+    excess = floor.nrmse**2 - floor.sensors_only**2
+    return float(floor.nrmse * np.nan_to_num(floor.sd) / excess) if excess > 0.0 else np.inf
 
 
 def _has_proportions(context: Context, validation: Validation, floor: NoiseFloor) -> bool:

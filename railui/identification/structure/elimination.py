@@ -12,6 +12,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.fit import Fit
 from railui.identification.estimation.output_error import fit_output_error
 from railui.identification.estimation.problem import drop_states
+from railui.identification.estimation.validation import is_significant_gain
 from railui.identification.prediction import DivergedError
 from railui.identification.structure.candidates import Candidate, candidate_text
 from railui.identification.structure.refit import Refit
@@ -64,13 +65,24 @@ def _least_needed(
 ) -> tuple[int, Stage] | None:
     """Return the step of the least needed effect and the model without it, fitted to the end.
 
-    None where all are needed once the models without them are fitted to the end. That of `previous` has been.
+    None where the validation error of all these models, once fitted to the end, is significantly higher than with the
+    effect. Their misfits are not compared: the last fit has other weights, and may have other windows. The model of
+    `previous` has been fitted to the end.
     """
     for i, stage in sorted(needless, key=lambda one: np.nan_to_num(one[1].validation.nrmse, nan=np.inf)):
-        finished = stage if stage is previous else _finished(context, stage.fit, finish)
-        if finished is not None and not _is_needed(context, finished, final):
+        if stage is previous:
+            return i, stage
+        finished = _finished(context, stage.fit, finish)
+        if finished is not None and not _has_larger_error(context, finished, final):
             return i, finished
     return None
+
+
+def _has_larger_error(context: Context, without: Stage, final: Stage) -> bool:
+    """True where the validation error is significantly larger without an effect, or the vehicle diverges there."""
+    if not np.isfinite(without.validation.nrmse):
+        return bool(np.isfinite(final.validation.nrmse))
+    return is_significant_gain(context, without.validation, final.validation)
 
 
 def _finished(context: Context, fit: Fit, finish: Callable[[Fit], Fit]) -> Stage | None:

@@ -205,7 +205,8 @@ class StepwiseSelection:
 
         fitted: pairs that have been fitted to the same model.
         """
-        test = ScoreTest(self.context, fit, scored_part(self.context, fit).segments)
+        part = scored_part(self.context, fit)
+        test = ScoreTest(self.context, part, part.segments)
         pairs, scored = score_pairs(test, scores)
         others = [p for p in pairs if frozenset(map(_identity, p.candidates)) not in fitted]
         best = others[: self.settings.refitted_pairs]

@@ -23,6 +23,9 @@ def as_normal(t: FloatArray | float, freedom: FloatArray | float) -> FloatArray:
 def from_normal(z: float, freedom: float) -> float:
     """Convert a standard normal variable, 0 or more, to Student's t of the same probability.
 
+    The inverse of `as_normal`, whose error it has: at 3 it is 0 to 6 % too large from 3 degrees of freedom on, and far
+    too large below.
+
     >>> round(from_normal(2.32, 6.0), 2)
     3.14
     """

@@ -45,7 +45,7 @@ def find_run_dependence(
     if change is None:
         return None
     context.progress.message(
-        f"  p {change.p:.4f} that no parameter differs from run to run; "
+        f"  p {change.p:.4f} under the hypothesis that no parameter differs from run to run; "
         f"{change.path} separate for every run: NRMSE {change.validation.nrmse:.4f}"
     )
     if not is_significant_gain(context, validation, change.validation):

@@ -21,12 +21,9 @@ def find_variation(context: Context, fit: Fit) -> Discrepancy | None:
 
     None if chance explains as much.
     """
-    drifts, least = find_drifts(context, fit), context.settings.discrepancy.min_drift_share
-    if not drifts or drifts[0].share < least:
-        return None
     try:
-        drift = refine_drift(context, fit, drifts[0])
-        if drift.share < least:  # the linear estimate promised more
+        drift = _refined_drift(context, fit)
+        if drift is None:
             return None
         validation = validate_drift(context, fit.model, drift, context.dataset.selection)
     except SimulationError:
@@ -41,6 +38,14 @@ def find_variation(context: Context, fit: Fit) -> Discrepancy | None:
     against, course_unit = ("s", "m") if is_on_track else ("t", "s")
     curve = DiscrepancyCurve(against, drift.abscissa, drift.values, drift.sd, course_unit, unit)
     return Discrepancy(at, wheelset, curve, drift.share, fit, validation, drift, evidence=_drift_evidence(fit, drift))
+
+
+def _refined_drift(context: Context, fit: Fit) -> Drift | None:
+    """Return the first drift, the best by the linear estimate first, that explains enough after refinement as well."""
+    least = context.settings.discrepancy.min_drift_share
+    promising = (drift for drift in find_drifts(context, fit) if drift.share >= least)
+    refined = (refine_drift(context, fit, drift) for drift in promising)
+    return next((drift for drift in refined if drift.share >= least), None)
 
 
 def _drift_evidence(fit: Fit, drift: Drift) -> LocationEvidence:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from railui.campaign.campaign import load_campaign
@@ -38,6 +40,16 @@ def test_a_coach_whose_body_sways_slowly_has_twenty_blocks(seconds: float, expec
     assert duration(dataset, seconds) == pytest.approx(expected, rel=0.01)
 
 
-def test_a_bogie_has_as_many_as_its_hunting_periods_allow() -> None:
-    dataset = simulated_campaign().context.dataset
-    assert duration(dataset, 20.0) == pytest.approx(CALIBRATION.min_block_duration)
+@pytest.mark.parametrize(("seconds", "is_shortened"), [(24.0, False), (21.0, True)])
+def test_a_bogie_has_blocks_of_its_hunting_periods_where_they_are_enough(seconds: float, is_shortened: bool) -> None:
+    """Of four periods, which are 1.13 s; those of three are as short as any."""
+    context = simulated_campaign().context
+    calibration = replace(CALIBRATION, block_hunting_periods=4.0)
+    segment = context.dataset.estimation[0]
+    some = segment.truncated(round(seconds / segment.dt))
+    found = block_duration(calibration, context.nominal, [some])
+    roots = context.nominal.eigenvalues(some.mean_speed)[0]
+    hunting = abs(roots[np.argmax(np.where(roots.imag > 1.0, roots.real, -np.inf))].imag)
+    periods = 4.0 * 2.0 * np.pi / hunting
+    assert 21.0 / 20 < periods < 24.0 / 20
+    assert found == pytest.approx(21.0 / 20 if is_shortened else periods, rel=0.01)

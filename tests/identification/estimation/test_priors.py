@@ -49,11 +49,12 @@ def estimated(context: Context, model: Model) -> tuple[float, float]:
     return float(fit.x[0]), float(fit.sd[0])
 
 
-def test_a_number_that_an_effect_replaces_keeps_its_nominal_value() -> None:
+@pytest.mark.parametrize("defaulted", [frozenset[str](), frozenset({"stiffness", "damping"})])
+def test_a_number_that_an_effect_replaces_keeps_its_nominal_value(defaulted: frozenset[str]) -> None:
     """It moves nothing: without a prior its standard deviation was 1e140, and its last step led to a bound."""
     context = simulated_campaign().context
-    nominal = context.nominal.value(LATERAL_DAMPING)
-    assert estimated(context, context.nominal.with_effect(CARBODY)) == pytest.approx((nominal, 0.5 * nominal), rel=1e-6)
+    nominal, carbody = context.nominal.value(LATERAL_DAMPING), replace(CARBODY, defaulted=defaulted)
+    assert estimated(context, context.nominal.with_effect(carbody)) == pytest.approx((nominal, 0.5 * nominal), rel=1e-6)
 
 
 def test_a_number_next_to_a_measured_force_keeps_its_nominal_value() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from railui.campaign.noise.model import ColumnNoise, NoiseModel
 from railui.campaign.noise.spectrum import NoiseSpectrum
 from railui.identification.context import Context
-from railui.identification.estimation.noise_floor import estimate_noise_floor
+from railui.identification.estimation.noise_floor import NoiseFloor, estimate_noise_floor
 from railui.identification.estimation.validation import Validation, validate
 from railui.identification.residual import track_noise
 from railui.identification.residual.track_noise import with_level_of_residual, with_track_noise
@@ -93,10 +94,23 @@ def test_the_level_found_has_the_scatter_of_a_realisation(
     context = with_levels(context, 0.5, np.log(1.2))
     floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
     assert with_track_noise(context, context.nominal, validation, floor) is None
-    share = (floor.nrmse**2 - floor.sensors_only**2) / floor.nrmse**2  # d ln(level) = share^-1 d ln(error)
-    found = with_track_noise(context, context.nominal, validation, replace(floor, sd=0.5 * share * floor.nrmse))
+
+    def scattered(*arguments: Any) -> NoiseFloor:
+        found = estimate_noise_floor(*arguments)
+        share = (found.nrmse**2 - found.sensors_only**2) / found.nrmse**2  # d ln(level) = share^-1 d ln(error)
+        return replace(found, sd=0.5 * share * found.nrmse)
+
+    monkeypatch.setattr(track_noise, "estimate_noise_floor", scattered)
+    found = with_track_noise(context, context.nominal, validation, floor)
     assert found is not None
     assert found[0].noise.log_sd("yw") == pytest.approx(np.hypot(np.log(1.3), 0.5), rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.02])
+def test_a_tiny_level_that_is_known_closely_stays(residual: tuple[Context, Validation], share: float) -> None:
+    """However uncertain the noise of the sensors leaves it, where the floor is hardly above theirs."""
+    context, validation = residual
+    assert level_found(with_levels(context, share, np.log(1.02)), validation) is None
 
 
 def test_a_track_stated_without_noise_has_none(

@@ -19,6 +19,7 @@ from railui.identification.structure.candidate_scores import NO_SCORE_TEST
 from railui.identification.structure.candidates import Candidate, list_candidates
 from railui.identification.structure.elimination import (
     _is_needed,
+    _least_needed,
     _without_effect,
     remove_superfluous,
     remove_undetermined,
@@ -147,3 +148,36 @@ def test_an_effect_stays_without_which_no_fit_ends(
 
     assert remove_superfluous(context, final, steps, None, finish) is final
     assert all(s.added is not None for s in steps)
+
+
+@pytest.mark.parametrize(
+    ("finished_errors", "removed"),
+    [
+        ({1: 0.99}, 1),  # the better one of the coarse fits
+        ({1: 1.5, 2: 1.0}, 2),  # it is needed once fitted to the end: the next one
+        ({1: 1.5, 2: np.nan}, None),
+        ({1: None, 2: 1.5}, None),  # no fit ends
+    ],
+)
+def test_the_least_needed_effect_is_not_needed_once_the_others_are_fitted_to_the_end(
+    monkeypatch: pytest.MonkeyPatch, finished_errors: dict[int, float | None], removed: int | None
+) -> None:
+    coarse = {2: stage_of(100.0, 1.02), 1: stage_of(100.0, 1.01)}
+    of_fit = {id(stage.fit): finished_errors.get(i) for i, stage in coarse.items()}
+
+    def finished(context: Context, fit: Fit, finish: object) -> Stage | None:
+        error = of_fit[id(fit)]
+        return None if error is None else stage_of(80.0, error)
+
+    monkeypatch.setattr(elimination, "_finished", finished)
+    monkeypatch.setattr(elimination, "is_significant_gain", lambda context, old, new: old.nrmse > 1.1 * new.nrmse)
+    context = simulated_campaign().context
+    found = _least_needed(context, stage_of(100.0, 1.0), list(coarse.items()), None, lambda fit: fit)
+    assert (None if found is None else found[0]) == removed
+
+
+def test_the_model_before_the_last_effect_is_not_fitted_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(elimination, "_finished", None)
+    previous = stage_of(100.0, 1.0)
+    found = _least_needed(simulated_campaign().context, stage_of(99.0, 1.0), [(3, previous)], previous, lambda fit: fit)
+    assert found == (3, previous)
