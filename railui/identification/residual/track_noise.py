@@ -56,7 +56,7 @@ def with_track_noise(
     factor = float(np.sqrt((validation.nrmse**2 - floor.sensors_only**2) / excess))
     level = _scaled(context, noise, factor, 0.0)
     floor = estimate_noise_floor(_with(context, level), model, context.dataset.selection)
-    scatter = _scatter_of_level(floor)
+    scatter = _scatter_of_level(context, floor)
     if is_known and factor > _largest_factor(context, scatter):
         return None
     if not _has_proportions(context, validation, floor):
@@ -65,14 +65,15 @@ def with_track_noise(
     return found, estimate_noise_floor(found, model, context.dataset.selection)
 
 
-def _scatter_of_level(floor: NoiseFloor) -> float:
+def _scatter_of_level(context: Context, floor: NoiseFloor) -> float:
     """Standard deviation of the logarithm of the level with which a floor is e^2 = s^2 + level^2 t^2.
 
-    The error of one realisation scatters as those of the floor do: d ln(level) = e de / (e^2 - s^2). Infinite where
-    noise of the sensors alone is as large.
+    The error of one realisation scatters as those of the floor do: d ln(level) = e de / (e^2 - s^2). It is at most that
+    of a stated level, where noise of the sensors alone is nearly as large.
     """
     excess = floor.nrmse**2 - floor.sensors_only**2
-    return float(floor.nrmse * np.nan_to_num(floor.sd) / excess) if excess > 0.0 else np.inf
+    most = float(np.log(context.settings.noise.stated_noise_factor))
+    return min(floor.nrmse * float(np.nan_to_num(floor.sd)) / excess, most) if excess > 0.0 else most
 
 
 def _has_proportions(context: Context, validation: Validation, floor: NoiseFloor) -> bool:

@@ -106,6 +106,23 @@ def test_the_level_found_has_the_scatter_of_a_realisation(
     assert found[0].noise.log_sd("yw") == pytest.approx(np.hypot(np.log(1.3), 0.5), rel=1e-6)
 
 
+def test_a_level_next_to_sensor_noise_is_as_uncertain_as_a_stated_one(residual: tuple[Context, Validation]) -> None:
+    """The interval of the floor stays of its size, where hardly anything is left for noise of the track."""
+    context, validation = residual
+    context = with_levels(context, None, 0.0)
+    floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
+    ratio = 1.01 * floor.sensors_only / validation.nrmse
+    small = replace(
+        validation,
+        nrmse=ratio * validation.nrmse,
+        channels={c: 1.01 * e for c, e in floor.channels.items()},
+    )
+    found = with_track_noise(context, context.nominal, small, floor)
+    assert found is not None
+    assert found[0].noise.log_sd("yw") == pytest.approx(np.hypot(np.log(1.3), np.log(2.0)))
+    assert found[1].interval[1] < 1.5 * floor.nrmse
+
+
 @pytest.mark.parametrize("share", [0.1, 0.02])
 def test_a_tiny_level_that_is_known_closely_stays(residual: tuple[Context, Validation], share: float) -> None:
     """However uncertain the noise of the sensors leaves it, where the floor is hardly above theirs."""
