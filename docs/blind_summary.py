@@ -43,6 +43,11 @@ BOGIE = (
 )
 COACH = (
     ("one effect planted: right name and joint group", "coach, one effect: named, at its joints", 100),
+    (
+        "one effect planted, accelerometers on frames and floor only: right name and joint group",
+        "coach, one effect, on frames and floor alone: named, at its joints",
+        100,
+    ),
     ("two effects planted: both names and joint groups right", "coach, two effects: both named", 100),
     ("no effect planted: false alarm", "coach, no effect: false alarm", 0),
     (
@@ -71,7 +76,7 @@ OUTSIDE = "{} of {} were recognised and {} given the name of an effect of the li
 OUTSIDE_THERE = OUTSIDE.replace("recognised and", "recognised there and")
 SIZES = "{} % of those of effect sizes contained the true value"
 COVERAGE = "Of the 90 % intervals {} % (95 % limits {} to {}) contain the true value"
-LOCATION = "was right in {} of {} in the present trial of simulated campaigns"
+LOCATION = "was right in {} of {} (95 % limits {} to {} %) in the present trial of simulated campaigns"
 NAMED_ROW = "one effect, lowering the error by a tenth or more: named, at its location | {} of {} |"
 OUTSIDE_ROW = "discrepancy outside the library: recognised | {} of {} |"
 WRONG_ROW = "discrepancy outside the library: given the name of a library effect | {} of {} |"
@@ -84,7 +89,7 @@ NUMBERS = {
     OUTSIDE_THERE: ((RECOGNISED, "hits"), (RECOGNISED, "trials"), (WRONG, "hits")),
     OUTSIDE_ROW: ((RECOGNISED, "hits"), (RECOGNISED, "trials")),
     WRONG_ROW: ((WRONG, "hits"), (WRONG, "trials")),
-    LOCATION: ((LOCATED, "hits"), (LOCATED, "trials")),
+    LOCATION: ((LOCATED, "hits"), (LOCATED, "trials"), (LOCATED, "low"), (LOCATED, "high")),
     LOCATED_OF: ((LOCATED, "trials"), (RECOGNISED, "hits"), (LOCATED, "hits")),
     SIZES: ((EFFECT_INTERVALS, "percent"),),
     COVERAGE: ((INTERVALS, "percent"), (INTERVALS, "low"), (INTERVALS, "high")),

@@ -75,8 +75,9 @@ class CalibrationSettings:
     )
     element_prior_share: float = setting(
         0.5,
-        meaning="Prior standard deviation of stiffness, damping and effects of a nominal vehicle of bodies, and of a "
-        "number without influence, in their nominal values; of a nominal value of zero, in 1 % of its range.",
+        meaning="Prior standard deviation of stiffness, damping and effects of a nominal vehicle of bodies, in their "
+        "nominal values (none where that is zero); and of a number without influence, in its nominal value or 1 % of "
+        "its range, whichever is larger.",
     )
     prior_drift: float = setting(
         0.05,
@@ -94,8 +95,8 @@ class CalibrationSettings:
         minimum=4.0,
         meaning="Number of blocks of time below which they are shortened, as those of a coach, whose body sways "
         "slowly: few blocks leave the standard deviations of the estimates uncertain.",
-        provenance="derived: from 12 blocks a standard deviation scatters by 1/sqrt(22), 21 %, and random signs have "
-        "patterns enough for the score test; with 20, fewer intervals of simulated coaches contained the truth",
+        provenance="chosen by hand: from 12 blocks a standard deviation scatters by 1/sqrt(22), 21 %, and random signs "
+        "have patterns enough for the score test; coverage in trials of simulated coaches hardly distinguishes 7 to 20",
     )
     min_block_duration: float = setting(1.0, unit="s", meaning="Shortest block of time.")
     rig_block_count: float = setting(50.0, minimum=2.0, meaning="Blocks of time in a record of a rig.")
