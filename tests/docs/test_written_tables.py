@@ -90,7 +90,7 @@ def test_the_summary_refuses_a_trial_without_a_row() -> None:
 
 def test_the_coverage_of_coaches_is_that_of_the_trial() -> None:
     rows = [f"| {name} | {k} of 9 | {percent} | 10 to 90 |" for k, percent, (name, _, _) in zip(
-        (1, 2, 3, 6, 7), (11, 22, 33, 67, 78), blind_summary.COACH, strict=True
+        (1, 2, 3, 4, 6, 7), (11, 22, 33, 44, 67, 78), blind_summary.COACH, strict=True
     )]  # fmt: skip
     text = blind_summary.coach_rates("\n".join(rows))
     assert "67 % (95 % limits 10 to 90) of the 90 % intervals of parameters and 78 % (95 % limits 10 to 90) of" in text
