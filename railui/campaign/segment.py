@@ -17,6 +17,7 @@ from railui.track import Wheelbase, add_track, band_limited_noise, run_table
 
 COACH_FORCES = known.column_names("bogie", "coach")
 TRACK_COLUMNS = known.column_names("bogie", "track")
+CARBODY_FORCES = {"Qy": "secondary_lateral", "Qpsi": "secondary_yaw"}  # and the location whose forces they replace
 MOTION_FILTER_ORDER = 4  # of the low-pass of a noisy prescribed motion, forwards and backwards
 MIN_WINDOW_SAMPLES = 28  # more than the comparison filter extends a series by
 MAX_SHARED_STEPS = 2  # per sample, up to which a truncated segment takes its rows from the table of the full one

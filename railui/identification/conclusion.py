@@ -219,7 +219,8 @@ def _examine(context: Context, base: BaseModel, selection: Selection, validation
     if not base.is_failed and may_be_track_noise(context, discrepancy, selection, floor, evidence):
         with_noise = with_track_noise(context, selection.fit.model, selection.validation, floor)
         if with_noise is not None:
-            (context, floor), discrepancy = with_noise, None
+            context, discrepancy = with_noise, None
+            floor = estimate_noise_floor(context, selection.fit.model, context.dataset.selection)
             context.progress.message(f"track noise of {1e3 * context.noise['yw']:.2g} mm (yw) explains the residual")
     is_small = discrepancy is not None and is_small_effect(context, discrepancy, selection)
     discrepancy = None if is_small else discrepancy

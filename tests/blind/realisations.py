@@ -26,7 +26,7 @@ from railui.campaign.settings.loop_settings import LoopSettings
 from railui.identification.loop import close_loop
 from tests.blind.coach_cases import CoachCase, draw_coaches
 from tests.blind.processes import process_pool
-from tests.blind.table import BOOTSTRAP_DRAWS, NORMAL_QUANTILE_95
+from tests.blind.table import NORMAL_QUANTILE_95, bootstrap_limits
 from tests.truth.coach_campaign import drawn, true_values, write_campaigns
 
 HEAD = "| campaign | sensors | noise | false alarms | significant | intervals with the true value | % | 95 % limits |"
@@ -72,10 +72,8 @@ def row(names: Sequence[str], outcomes: Sequence[Outcome]) -> str:
     alarms, significant = sum(o.verdict != "none" for o in outcomes), sum(o.p <= level for o in outcomes)
     cells = [*names, f"{alarms} of {len(outcomes)}", f"{significant} of {len(outcomes)}", f"{right} of {of}"]
     if of:
-        drawn_again = np.random.default_rng(5).integers(len(counts), size=(BOOTSTRAP_DRAWS, len(counts)))
-        sums = counts[drawn_again].sum(axis=1)
-        low, high = 100.0 * np.quantile(sums[:, 0] / sums[:, 1], (0.025, 0.975))
-        cells += [f"{100 * right / of:.0f}", f"{low:.0f} to {high:.0f}"]
+        low, high = bootstrap_limits(counts)
+        cells += [f"{100 * right / of:.0f}", f"{100 * low:.0f} to {100 * high:.0f}"]
     return f"| {' | '.join(cells)} |"
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import beta
 
 from tests.blind.assessment import ADEQUATE_RATIO, TrialRow
@@ -70,12 +71,22 @@ def coverage(title: str, rows: Sequence[TrialRow], counts: Callable[[str], bool]
     table = np.array([(sum(inside), len(inside)) for inside in by_seed.values() if inside])
     if not len(table):
         return f"| {title} | 0 of 0 |  |  |"
-    draws = np.random.default_rng(5).integers(len(table), size=(BOOTSTRAP_DRAWS, len(table)))
-    sums = table[draws].sum(axis=1)
-    low, high = np.quantile(sums[:, 0] / sums[:, 1], (0.025, 0.975))
     right, of = map(int, table.sum(axis=0))
-    limits = clopper_pearson(right, of) if right in (0, of) else (float(low), float(high))
-    return _line(title, right, of, limits)
+    return _line(title, right, of, bootstrap_limits(table))
+
+
+def bootstrap_limits(counts: NDArray[np.int64]) -> tuple[float, float]:
+    """Compute the 95 % confidence limits of a share from counts [group, 2] of what is right, and of all in the group.
+
+    By a bootstrap over the groups; those of Clopper and Pearson where all or none are right.
+    """
+    right, of = map(int, counts.sum(axis=0))
+    if right in (0, of):
+        return clopper_pearson(right, of)
+    draws = np.random.default_rng(5).integers(len(counts), size=(BOOTSTRAP_DRAWS, len(counts)))
+    sums = counts[draws].sum(axis=1)
+    low, high = np.quantile(sums[:, 0] / sums[:, 1], (0.025, 0.975))
+    return float(low), float(high)
 
 
 def is_of_effect(path: str) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from railui import core
 from railui.arrays import FloatArray
+from railui.campaign.segment import CARBODY_FORCES
 from railui.identification.context import Context
 from railui.identification.estimation.modulating_functions import dominant_period
 from railui.vehicle.model import Model
@@ -20,7 +21,6 @@ USUAL_PHASE = 0.3  # rad
 RIG_ANGULAR_FREQUENCY = 62.8  # rad/s: 10 Hz
 RIG_DAMPING_RATIO = 0.1
 BOUND_WIDTH = 1e-6  # of the usual size: an estimate so near a bound counts as being on it
-DRIVEN = {"Qy": "vehicle.secondary.lateral_", "Qpsi": "vehicle.secondary.yaw_"}  # by a measured force of the carbody
 RATE_ORDER = {"z": 1, "vz": 0, "az": -1}  # powers of the angular frequency that make a rate of a channel
 
 
@@ -157,8 +157,9 @@ def _has_no_influence(context: Context, model: Model, path: str) -> bool:
     An effect has its own in its place, or the force there was measured in all of them.
     """
     segments = context.dataset.estimation
-    measured = tuple(prefix for q, prefix in DRIVEN.items() if segments and all(q in s.columns for s in segments))
-    return path.startswith(measured) or path in superseded_paths(model.design, with_defaults=True)
+    measured = [at for q, at in CARBODY_FORCES.items() if segments and all(q in s.columns for s in segments)]
+    is_driven = path.startswith(tuple(f"vehicle.{at.replace('_', '.', 1)}_" for at in measured))
+    return is_driven or path in superseded_paths(model.design, with_defaults=True)
 
 
 def _effect_bounds(model: Model, path: str, curve_prior_sd: float) -> _Bounds:

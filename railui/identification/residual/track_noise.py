@@ -22,10 +22,8 @@ from railui.vehicle.model import Model
 from railui.vehicle.track_geometry import track_geometry
 
 
-def with_track_noise(
-    context: Context, model: Model, validation: Validation, floor: NoiseFloor
-) -> tuple[Context, NoiseFloor] | None:
-    """Return the context and the noise floor with so much track noise that it leaves the error of a validation.
+def with_track_noise(context: Context, model: Model, validation: Validation, floor: NoiseFloor) -> Context | None:
+    """Return the context with so much track noise that it leaves the error of a validation.
 
     The excess of the squared floor over that of the sensors grows as the squared level. What is left bounds the level
     from above, however closely a higher one was stated.
@@ -39,7 +37,7 @@ def with_track_noise(
 
     Returns
     -------
-    tuple or None
+    Context or None
         None where the level would lie above the known one by more than the uncertainty of both, or the errors of the
         channels are not in the proportions that noise of the track leaves.
     """
@@ -61,8 +59,7 @@ def with_track_noise(
         return None
     if not _has_proportions(context, validation, floor):
         return None
-    found = _with(context, _scaled(context, noise, factor, scatter))
-    return found, estimate_noise_floor(found, model, context.dataset.selection)
+    return _with(context, _scaled(context, noise, factor, scatter))
 
 
 def _scatter_of_level(context: Context, floor: NoiseFloor) -> float:
@@ -96,7 +93,7 @@ def with_level_of_residual(context: Context, model: Model, validation: Validatio
     if known and max(known) <= np.log(context.settings.noise.quiet_noise_factor):
         return context
     found = with_track_noise(context, model, validation, floor)
-    return context if found is None else found[0]
+    return context if found is None else found
 
 
 def _largest_factor(context: Context, scatter: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from railui import core
 from railui.arrays import FloatArray
-from railui.campaign.segment import Segment
+from railui.campaign.segment import CARBODY_FORCES, Segment
 from railui.identification.prediction import Predictor
 from railui.identification.structure.locations import candidate_locations
 from railui.runs.columns import is_compared
@@ -126,8 +126,7 @@ def list_candidates(
 
 def driven_locations(segments: Sequence[Segment]) -> set[str]:
     """Return the locations where a measured force of the carbody replaces all other forces."""
-    pairs = (("Qy", "secondary_lateral"), ("Qpsi", "secondary_yaw"))
-    return {at for s in segments for q, at in pairs if q in s.columns}
+    return {at for s in segments for q, at in CARBODY_FORCES.items() if q in s.columns}
 
 
 def is_compatible(model: Model, candidate: Candidate) -> bool:

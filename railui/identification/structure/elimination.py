@@ -80,9 +80,12 @@ def _least_needed(
 
 def _has_larger_error(context: Context, without: Stage, final: Stage) -> bool:
     """True where the validation error is significantly larger without an effect, or the vehicle diverges there."""
-    if not np.isfinite(without.validation.nrmse):
-        return bool(np.isfinite(final.validation.nrmse))
-    return is_significant_gain(context, without.validation, final.validation)
+    return _diverges(without, final) or is_significant_gain(context, without.validation, final.validation)
+
+
+def _diverges(without: Stage, final: Stage) -> bool:
+    """True where the vehicle diverges on a validation run without an effect, and with it does not."""
+    return bool(np.isfinite(final.validation.nrmse) and not np.isfinite(without.validation.nrmse))
 
 
 def _finished(context: Context, fit: Fit, finish: Callable[[Fit], Fit]) -> Stage | None:
@@ -142,9 +145,7 @@ def _is_needed(context: Context, without: Stage, final: Stage) -> bool:
     estimation runs decides where the validation error is not lower without the effect. It is needed where the vehicle
     without it diverges on a validation run, and with it does not.
     """
-    if np.isfinite(final.validation.nrmse) and not np.isfinite(without.validation.nrmse):
-        return True
-    if gains(context, without, final):
+    if _diverges(without, final) or gains(context, without, final):
         return True
     without_it = without.fit.normal.misfit_per_sample
     is_obvious = without_it >= _obvious_misfit(context, final.fit)

@@ -41,7 +41,7 @@ def residual() -> tuple[Context, Validation]:
 def level_found(context: Context, validation: Validation) -> float | None:
     floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
     found = with_track_noise(context, context.nominal, validation, floor)
-    return None if found is None else found[0].noise["yw"]
+    return None if found is None else found.noise["yw"]
 
 
 def test_the_level_is_found_from_one_that_is_too_small(residual: tuple[Context, Validation]) -> None:
@@ -73,7 +73,8 @@ def test_the_floor_with_the_level_found_is_the_error(residual: tuple[Context, Va
     floor = estimate_noise_floor(context, context.nominal, context.dataset.selection)
     found = with_track_noise(context, context.nominal, validation, floor)
     assert found is not None
-    assert found[1].nrmse == pytest.approx(validation.nrmse, rel=0.02)
+    floor = estimate_noise_floor(found, context.nominal, context.dataset.selection)
+    assert floor.nrmse == pytest.approx(validation.nrmse, rel=0.02)
 
 
 def test_a_level_that_is_known_closely_stays(residual: tuple[Context, Validation]) -> None:
@@ -103,7 +104,7 @@ def test_the_level_found_has_the_scatter_of_a_realisation(
     monkeypatch.setattr(track_noise, "estimate_noise_floor", scattered)
     found = with_track_noise(context, context.nominal, validation, floor)
     assert found is not None
-    assert found[0].noise.log_sd("yw") == pytest.approx(np.hypot(np.log(1.3), 0.5), rel=1e-6)
+    assert found.noise.log_sd("yw") == pytest.approx(np.hypot(np.log(1.3), 0.5), rel=1e-6)
 
 
 def test_a_level_next_to_sensor_noise_is_as_uncertain_as_a_stated_one(residual: tuple[Context, Validation]) -> None:
@@ -119,8 +120,8 @@ def test_a_level_next_to_sensor_noise_is_as_uncertain_as_a_stated_one(residual: 
     )
     found = with_track_noise(context, context.nominal, small, floor)
     assert found is not None
-    assert found[0].noise.log_sd("yw") == pytest.approx(np.hypot(np.log(1.3), np.log(2.0)))
-    assert found[1].interval[1] < 1.5 * floor.nrmse
+    assert found.noise.log_sd("yw") == pytest.approx(np.hypot(np.log(1.3), np.log(2.0)))
+    assert estimate_noise_floor(found, context.nominal, context.dataset.selection).interval[1] < 1.5 * floor.nrmse
 
 
 @pytest.mark.parametrize("share", [0.1, 0.02])

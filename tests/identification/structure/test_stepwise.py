@@ -49,7 +49,7 @@ def scores(rho2: float) -> SimpleNamespace:
     ],
 )
 def test_no_pair_is_sought_where_effects_leave_noise(monkeypatch, accepted, left, nrmse, is_track_noise, ends):
-    found = (None, None) if is_track_noise else None
+    found = object() if is_track_noise else None
     monkeypatch.setattr(stepwise, "with_track_noise", lambda context, model, validation, floor: found)
     steps = [SimpleNamespace(score_test=scores(0.8))] * accepted + [SimpleNamespace(score_test=scores(left))]
     fit = SimpleNamespace(model=SimpleNamespace(effects=("friction",)))
@@ -68,7 +68,7 @@ def test_a_model_that_diverges_on_the_validation_runs_leaves_no_noise(nrmse, flo
 
 
 def test_a_model_without_effects_is_not_left_to_noise_of_the_track(monkeypatch):
-    monkeypatch.setattr(stepwise, "with_track_noise", lambda context, model, validation, floor: (None, None))
+    monkeypatch.setattr(stepwise, "with_track_noise", lambda context, model, validation, floor: object())
     fit = SimpleNamespace(model=SimpleNamespace(effects=()))
     stage = SimpleNamespace(validation=SimpleNamespace(nrmse=0.16), fit=fit)
     selection = StepwiseSelection(simulated_campaign().context)

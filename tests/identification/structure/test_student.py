@@ -18,6 +18,12 @@ def test_a_standard_normal_variable_has_the_probability_of_its_t(z: float, freed
     assert as_normal(-t, freedom) == pytest.approx(-z, rel=1e-12)
 
 
+@pytest.mark.parametrize(("freedom", "most"), [(3.0, 0.065), (5.0, 0.015), (11.0, 0.002)])
+def test_three_standard_errors_are_hardly_too_many_of_few_blocks(freedom: float, most: float) -> None:
+    exact = stats.t.isf(stats.norm.sf(3.0), freedom)
+    assert exact <= from_normal(3.0, freedom) <= (1.0 + most) * exact
+
+
 def test_a_score_of_nothing_is_zero() -> None:
     assert from_normal(0.0, 5.0) == 0.0
     np.testing.assert_array_equal(as_normal(np.zeros(2), np.array([1.0, 9.0])), 0.0)
