@@ -64,13 +64,17 @@ def quantity_reader(
         if minimum is not None and (number < minimum or (above and number == minimum)):
             raise UnitError(
                 f"{value!r} is too small",
-                f"give {'above' if above else 'at least'} {minimum:g} {unit}".strip(),
+                f"give {'above' if above else 'at least'} {_bound_text(minimum, unit)}",
             )
         if maximum is not None and number > maximum:
-            raise UnitError(f"{value!r} is too large", f"give at most {maximum:g} {unit}".strip())
+            raise UnitError(f"{value!r} is too large", f"give at most {_bound_text(maximum, unit)}")
         return number
 
     return ValueReader(read, quantity_schema(unit, unit=unit or "any"))
+
+
+def _bound_text(bound: float, unit: str) -> str:
+    return f"{bound:g}" if unit in ("", "1") else f"{bound:g} {unit}"
 
 
 def choice_reader(choices: tuple[str, ...]) -> ValueReader:

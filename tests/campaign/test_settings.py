@@ -54,7 +54,7 @@ def test_an_empty_settings_block_keeps_the_defaults(campaign_folder: Path) -> No
     [
         ("conicty_step: 0.7", "unknown key", "did you mean 'conicity_step'?"),
         ("max_effects: 2.5", "2.5 is not an integer from 1 on", "write for example 1"),
-        ("conicity_step: 1.5", "1.5 is too large", "give at most 0.99 1"),
+        ("conicity_step: 1.5", "1.5 is too large", "give at most 0.99"),
         ("window_duration: 4 kg", "'4 kg' has the unit kg, a unit like s is expected", "write for example '2 s'"),
     ],
 )
