@@ -69,13 +69,15 @@ WRONG = "outside the library: an effect of the library named instead"
 LOCATED = "verdict `outside`, one location named: it is right"
 INTERVALS = "90 % intervals with the true value: all parameters"
 EFFECT_INTERVALS = "90 % intervals with the true value: added effects"
+COACH_INTERVALS = "90 % intervals with the true value: sizes of effects"
 
-# sentences and rows of other pages, with the numbers of the trial of bogies in place of {}
+# sentences and rows of other pages, with the numbers of the trials in place of {}
 NAMED = "one effect (lowering the error by a tenth or more) was named in {} of {} simulated cases"
 OUTSIDE = "{} of {} were recognised and {} given the name of an effect of the library"
 OUTSIDE_THERE = OUTSIDE.replace("recognised and", "recognised there and")
 SIZES = "{} % of those of effect sizes contained the true value"
 COVERAGE = "Of the 90 % intervals {} % (95 % limits {} to {}) contain the true value"
+COVERAGE_OF_SIZES = "of those of effect sizes {} % ({} to {}), on coaches {} % ({} to {})"
 LOCATION = "was right in {} of {} (95 % limits {} to {} %) in the present trial of simulated campaigns"
 NAMED_ROW = "one effect, lowering the error by a tenth or more: named, at its location | {} of {} |"
 OUTSIDE_ROW = "discrepancy outside the library: recognised | {} of {} |"
@@ -93,9 +95,12 @@ NUMBERS = {
     LOCATED_OF: ((LOCATED, "trials"), (RECOGNISED, "hits"), (LOCATED, "hits")),
     SIZES: ((EFFECT_INTERVALS, "percent"),),
     COVERAGE: ((INTERVALS, "percent"), (INTERVALS, "low"), (INTERVALS, "high")),
+    COVERAGE_OF_SIZES: tuple(
+        (row, field) for row in (EFFECT_INTERVALS, COACH_INTERVALS) for field in ("percent", "low", "high")
+    ),
 }
 SENTENCES = {
-    "README.md": (NAMED_ROW, OUTSIDE_ROW, WRONG_ROW, COVERAGE),
+    "README.md": (NAMED_ROW, OUTSIDE_ROW, WRONG_ROW, COVERAGE, COVERAGE_OF_SIZES),
     "docs/blind.md": (NAMED,),
     "docs/limits.md": (OUTSIDE, LOCATED_OF),
     "docs/measured_campaign.md": (SIZES, OUTSIDE_THERE, LOCATION),
@@ -142,8 +147,11 @@ def coach_rates(text: str) -> str:
 
 def sentence_counts(sentence: str) -> list[int]:
     """Return the numbers of a sentence of SENTENCES in their order."""
-    rows = outcomes(trial("trial"), BOGIE)
-    by_name = {name: outcome for outcome, (name, _, _) in zip(rows, BOGIE, strict=True)}
+    of_coaches, of_bogies = (
+        {name: outcome for outcome, (name, _, _) in zip(outcomes(trial(section), names), names, strict=True)}
+        for section, names in (("coaches", COACH), ("trial", BOGIE))
+    )
+    by_name = of_coaches | of_bogies
     return [getattr(by_name[row], field) for row, field in NUMBERS[sentence]]
 
 

@@ -1,9 +1,7 @@
 """Page of the catalogue of effects: formula, source, parameters and force diagram of every record of the kernel."""
 
 import io
-import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -17,15 +15,12 @@ from railui.report.loop.force_evaluation import restoring_force
 from railui.vehicle.design_reader import PlacedEffect
 from railui.vehicle.effects import site_quantities
 
-SOURCES = Path(__file__).parents[2] / "rust_core" / "src" / "effects"
-LAW = re.compile(r"((?: *//[^/!].*\n)+)(?: *#\[[^\n]*\n)* *fn (?:force|forces|roll)\b")
-STRUCT = re.compile(r"((?:///.*\n)+)pub struct")
 AMPLITUDES = (1.5e-3, 3e-3, 5e-3)  # m
 FREQUENCY = 1.6  # Hz: 10 rad/s, the reference motion of the defaults
 INTRODUCTION = f"""# Catalogue of effects
 
 Effects that the linear model lacks, each a law at a location. Simulation, structure detection, fitting, designs and reports use the
-same record of the kernel; this page is generated from those records. The formula is the comment above the law.
+same record of the kernel; this page is generated from those records.
 
 z is the deflection at the location, v its speed, F the force on the body above it. Defaults and ranges are those at the first
 location for the bogie of the examples; `times` of `railui effects --json -` gives the quantity that they are multiples of. The diagrams
@@ -37,15 +32,6 @@ effects:
   - {{kind: free_play, at: primary_lateral, wheelset: 2, half_width: 0.3 mm}}
 ```
 """
-
-
-def formula(kind: str) -> str:
-    """Return the formula above the law in the kernel; ValueError where a file has none."""
-    text = (SOURCES / f"{kind}.rs").read_text()
-    match = LAW.search(text) or STRUCT.search(text)
-    if match is None:
-        raise ValueError(f"rust_core/src/effects/{kind}.rs: no formula above its law")
-    return "\n".join(line.strip().lstrip("/").strip() for line in match[1].splitlines())
 
 
 def page() -> str:
@@ -63,7 +49,7 @@ def _section(record: dict[str, Any]) -> str:
     properties += ["odd" if record["odd"] else "not odd"]
     properties += [] if record["candidate"] else ["not a candidate of the score test"]
     parts = [
-        f"\n## {kind}\n\n{plain(title[0].upper() + title[1:])}; {'; '.join(properties)}.\n\n```\n{formula(kind)}\n```\n\n"
+        f"\n## {kind}\n\n{plain(title[0].upper() + title[1:])}; {'; '.join(properties)}.\n\n```\n{record['law']}\n```\n\n"
     ]
     rows = [_parameter(resolve_parameter(p, locations)) for p in record["parameters"]]
     parts.append(table(("key", "letter", "unit", "default", "range", "origin of the default"), rows))

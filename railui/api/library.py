@@ -29,8 +29,9 @@ def effects() -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        kind, title, at (locations), source and parameters: key, symbol, unit, default, minimum and maximum at the first
-        location for the bogie of the examples, origin, times (quantity by which they are scaled), role.
+        kind, title, at (locations), source, law (formula) and parameters: key, symbol, unit, default, minimum and
+        maximum at the first location for the bogie of the examples, origin, times (quantity by which they are scaled),
+        role.
 
     Examples
     --------
@@ -48,6 +49,7 @@ def effects() -> list[dict[str, Any]]:
                 "title": str(record["title"]),
                 "at": locations,
                 "source": str(record["source"]),
+                "law": str(record["law"]),
                 "parameters": [resolve_parameter(p, locations) for p in record["parameters"]],
             }
         )

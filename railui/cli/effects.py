@@ -21,7 +21,7 @@ def command(kind: str | None, call: Invocation) -> None:
 
     \b
     railui effects                 all of them
-    railui effects free_play       one with its source, and the range and the origin of each default
+    railui effects free_play       one with its law and source, and the range and the origin of each default
 
     Defaults and ranges are those at the first location, for the bogie of the examples; in the JSON, `times` names
     the quantity by which they are scaled.
@@ -44,7 +44,7 @@ def command(kind: str | None, call: Invocation) -> None:
 
 
 def _parameter_table(effect: dict[str, Any]) -> Any:
-    """Return the parameters of one effect with default, range and origin; its locations and source below."""
+    """Return the parameters of one effect with default, range and origin; its law, locations and source below."""
     from railui.io.number_format import format_quantity
 
     rows = []
@@ -52,7 +52,9 @@ def _parameter_table(effect: dict[str, Any]) -> Any:
         numbers = (p[key] for key in ("default", "minimum", "maximum"))
         cells = ["-" if x is None else format_quantity(x, p["unit"]) for x in numbers]
         rows.append((p["key"], p["symbol"], *cells, p["origin"]))
-    caption = f"at: {', '.join(effect['at'])}\nsource: {effect['source']}\n{NOTE.partition(';')[0]}"
+    caption = (
+        f"law: {effect['law']}\nat: {', '.join(effect['at'])}\nsource: {effect['source']}\n{NOTE.partition(';')[0]}"
+    )
     columns = ("parameter", "symbol", "default", "minimum", "maximum", "origin of the default")
     return make_table(columns, rows, title=f"{effect['kind']}, {effect['title']}", caption=caption)
 

@@ -43,16 +43,17 @@ def command(
     figure: str | None,
     call: Invocation,
 ) -> None:
-    """Compute modes and logarithmic decrements of DESIGN against speed, and its critical speeds.
+    """Compute modes and logarithmic decrements of DESIGN against speed, and the limits of its speed.
 
     \b
     railui stability design.yaml
     railui stability design.yaml --speeds 20:80:2 --fold --track "erri_b176_low length=2000" --figure s.svg
 
-    linear: the speed at which a mode of the linear vehicle becomes unstable. nonlinear (--fold): the lowest speed
-    at which hunting with flange contact persists (the saddle-node of limit cycles or, where the amplitude falls
-    gradually, the speed at which it no longer reaches the flanges). ride criteria (--track): the highest speed up
-    to which the ride class on this track stays just admissible. None of them follows from another.
+    linear critical speed: a mode of the linear vehicle becomes unstable. nonlinear critical speed (--fold): the
+    lowest speed at which hunting with flange contact persists (the saddle-node of limit cycles or, where the
+    amplitude falls gradually, the speed at which it no longer reaches the flanges). Speed limit by ride criteria
+    (--track): the highest speed up to which the ride class on this track stays just admissible. None of them
+    follows from another.
     """
     from railui.api.stability import compute_stability
 
@@ -88,17 +89,17 @@ def _critical_speeds_table(result: Mapping[str, Any]) -> Any:
     sd = result["linear_critical_speed_sd"]
     spread = "" if sd is None else f", standard deviation {sd:.2g} m/s"
     text = "" if frequency is None else f"{frequency:.3f} Hz{spread}"
-    rows = [("linear", *_speed(result["linear_critical_speed"], 5), text)]
+    rows = [("linear critical speed", *_speed(result["linear_critical_speed"], 5), text)]
     if result["rest_critical_speed"] != result["linear_critical_speed"]:
-        rows.append(("linear, with linearised effects", *_speed(result["rest_critical_speed"], 3), ""))
+        rows.append(("the same, effects linearised", *_speed(result["rest_critical_speed"], 3), ""))
     if result["fold"]:
-        rows.append(("nonlinear", *_speed(result["fold_speed"], 2), _limit_cycle_text(result)))
+        rows.append(("nonlinear critical speed", *_speed(result["fold_speed"], 2), _limit_cycle_text(result)))
     if practical := result["practical"]:
         reason = practical["decided_by"] or "admissible at all speeds"
-        rows.append(("ride criteria", *_speed(result["practical_critical_speed"], 1), reason))
+        rows.append(("speed limit by ride criteria", *_speed(result["practical_critical_speed"], 1), reason))
     wavelength = result["klingel_wavelength"]
     klingel = [f"Klingel wavelength {wavelength:.3f} m"] if wavelength else []
-    columns = ("critical speed", "m/s", "km/h", "")
+    columns = ("limit", "m/s", "km/h", "")
     return make_table(columns, rows, caption="\n".join([*klingel, _damping_note(result), *result["notes"]]))
 
 

@@ -154,6 +154,7 @@ fn catalogue(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
                 Supersedes::RigidRail => Some("rigid_rail"),
             },
         )?;
+        d.set_item("law", record.law)?;
         d.set_item("states", record.states)?;
         d.set_item("odd", record.odd)?;
         d.set_item("dissipates", record.dissipates)?;

@@ -9,6 +9,7 @@ impl Effect for AsymmetricDamper {
         key: "asymmetric_damper",
         title: "asymmetric damper",
         source: "Iwnicki (ed.), Handbook of Railway Vehicle Dynamics (2006), ch. 3",
+        law: "F = -r c v for v > 0, else 0, beside the nominal -c v",
         kind: Kind::Force,
         at: &["secondary_lateral", "secondary_yaw", "rig"],
         params: &[param(
@@ -41,7 +42,6 @@ impl Effect for AsymmetricDamper {
 }
 
 impl Force for AsymmetricDamper {
-    // F = -r c v for v > 0
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [c]: [P; 1] = p.first();

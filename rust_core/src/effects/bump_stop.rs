@@ -14,6 +14,7 @@ impl Effect for BumpStop {
         key: "bump_stop",
         title: "bump stop",
         source: "Iwnicki (ed.), Handbook of Railway Vehicle Dynamics (2006), ch. 3",
+        law: "F = -k (abs(z) - h) sign z for abs(z) > h, else 0",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[
@@ -42,7 +43,6 @@ impl Force for BumpStop {
     const SPEED: bool = false;
     const STOP: bool = true;
 
-    // F = -k (abs(z) - h) sign z beyond h
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [gap, k]: [P; 2] = p.first();

@@ -1,7 +1,6 @@
 //! The coach is not still: a mass above the frame on a spring and a damper.
 use super::effect::*;
 
-/// m y_c'' + c (y_c' - y') + k (y_c - y) = 0, F = -k (y - y_c) - c (y' - y_c') on the frame
 pub struct CoachMode;
 
 impl Effect for CoachMode {
@@ -9,6 +8,7 @@ impl Effect for CoachMode {
         key: "coach_mode",
         title: "lateral carbody mode",
         source: "thesis ch. 3 (forces of the carbody); one lateral mode",
+        law: "m y_c'' + c (y_c' - y') + k (y_c - y) = 0; F = -k (y - y_c) - c (y' - y_c') on the frame",
         kind: Kind::Body,
         at: &["secondary_lateral"],
         params: &[

@@ -9,6 +9,7 @@ impl Effect for CreepSaturation {
         key: "creep_saturation",
         title: "saturation of the creep forces",
         source: "Vermeulen and Johnson, Journal of Applied Mechanics 31 (1964); Shen, Hedrick and Elkins 1983",
+        law: "T = T_linear (1 - q/3 + q^2/27) for q = abs(T_linear)/(mu N) < 3, else mu N T_linear/abs(T_linear)",
         kind: Kind::Creep,
         at: &["contact"],
         params: &[param(

@@ -9,6 +9,7 @@ impl Effect for CubicStiffness {
         key: "cubic_stiffness",
         title: "cubic stiffness",
         source: "Duffing 1918; rubber springs: Bruni et al., Vehicle System Dynamics 49 (2011)",
+        law: "F = -k3 z^3",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[param(
@@ -38,7 +39,6 @@ impl Effect for CubicStiffness {
 impl Force for CubicStiffness {
     const SPEED: bool = false;
 
-    // F = -k3 z^3
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [k]: [P; 1] = p.first();

@@ -9,6 +9,7 @@ impl Effect for DryFriction {
         key: "dry_friction",
         title: "dry friction",
         source: "Coulomb 1785, smoothed: Bruni et al., Vehicle System Dynamics 49 (2011)",
+        law: "F = -F_c tanh(v/v_0)",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[
@@ -44,7 +45,6 @@ impl Effect for DryFriction {
 }
 
 impl Force for DryFriction {
-    // F = -F_c tanh(v/v_0)
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [force, per_slip_speed]: [P; 2] = p.first();

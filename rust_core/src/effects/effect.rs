@@ -137,6 +137,8 @@ pub struct Record {
     pub key: &'static str,
     pub title: &'static str,
     pub source: &'static str,
+    /// The formula, in the symbols of its parameters; z: deflection at the location, v its speed, F: force on the body above it.
+    pub law: &'static str,
     pub kind: Kind,
     pub at: &'static [&'static str],
     pub params: &'static [Param],

@@ -12,6 +12,8 @@ impl Effect for FlangeContact {
         key: "flange_contact",
         title: "flange contact",
         source: "thesis 2.2; stiffness: Cooperrider 1972, Kaas-Petersen 1986",
+        law: "F = -k (abs(e) - h) sign e for abs(e) > h, else 0; with mu > 0 also the creep force of a flange d below the tread, \
+              inclined by gamma, under the load abs(F)/sin(gamma)",
         kind: Kind::Force,
         at: &["contact"],
         params: &[

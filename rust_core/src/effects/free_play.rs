@@ -9,6 +9,7 @@ impl Effect for FreePlay {
         key: "free_play",
         title: "clearance",
         source: "thesis 2.1 (clearance in the axle boxes gives a small limit cycle)",
+        law: "F = -k (z - clamp(z, -h, h)) in place of the nominal -k z",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[param(
@@ -39,7 +40,6 @@ impl Effect for FreePlay {
 impl Force for FreePlay {
     const SPEED: bool = false;
 
-    // F = -k (z - clamp(z, -h, h)), less the declared -k z
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [k, gap]: [P; 2] = p.first();

@@ -10,6 +10,7 @@ impl Effect for GaugeConicity {
         title: "conicity that depends on gauge",
         source: "thesis 5.5 (the gauge term); S1002 on 60E1: -15 1/m by the conicity of EN 15302 at 3 mm, about \
                  -30 1/m linearised over an sd of 2 mm; take the value that railui contact prints for the sd of your run",
+        law: "lambda = lambda_0 + lambda_g g, g: deviation of the gauge",
         kind: Kind::Rolling,
         at: &["contact"],
         params: &[param(
@@ -32,7 +33,6 @@ impl Effect for GaugeConicity {
 }
 
 impl Rolling for GaugeConicity {
-    // lambda = lambda_0 + lambda_g g
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, gauge: P, _s: f64, to: &mut RollingRadius<P>) {
         let [per_gauge]: [P; 1] = p.first();

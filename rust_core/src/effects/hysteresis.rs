@@ -9,6 +9,7 @@ impl Effect for Hysteresis {
         key: "hysteresis",
         title: "hysteresis (Bouc-Wen)",
         source: "Bouc 1967; Wen, J. Eng. Mech. Div. ASCE 102 (1976), n = 2",
+        law: "F = -F_y x, x' = (k/F_y) (v - (abs(v) abs(x) x + v x^2)/2)",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[
@@ -44,7 +45,6 @@ impl Effect for Hysteresis {
 }
 
 impl Force for Hysteresis {
-    // F = -F_y x, x' = (k/F_y)(v - 1/2 (abs(v) abs(x) x + v x^2))
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, x: P, dx: &mut P) -> P {
         let x = x.clamp(P::splat(1.0));

@@ -76,7 +76,8 @@ fn force(r: &Ready, z: f64, v: f64, x: f64) -> (f64, f64) {
 fn keys_are_known_once_and_found_by_name() {
     for law in CATALOGUE {
         assert_eq!(Law::named(law.record().key), Some(*law));
-        assert!(!law.record().at.is_empty() && !law.record().source.is_empty() && !law.record().title.is_empty());
+        let record = law.record();
+        assert!(!record.at.is_empty() && [record.source, record.title, record.law].iter().all(|text| !text.is_empty()));
     }
 }
 

@@ -14,6 +14,7 @@ impl Effect for MaxwellDamper {
         key: "maxwell_damper",
         title: "damper in series with a spring (Maxwell)",
         source: "Maxwell 1867; yaw dampers: Bruni et al., Vehicle System Dynamics 49 (2011)",
+        law: "F = -f, f' = k v - (k/c) f, abs(f) at most the blow-off force F_b",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[
@@ -67,7 +68,6 @@ impl Effect for MaxwellDamper {
 }
 
 impl Force for MaxwellDamper {
-    // F = -f, f' = k v - (k/c) f; at the blow-off force the damper yields and f stays
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, f: P, df: &mut P) -> P {
         let [k, corner, limit]: [P; 3] = p.first();

@@ -75,6 +75,7 @@ impl<X: Abscissa> Effect for CurveOf<X> {
         key: "measured_force",
         title: "identified restoring-force curve",
         source: "thesis 6.2 (equivalent input signals); linear between the points, constant outside",
+        law: "F = f(z), f(v) or f(s), linear between the points, constant beyond the ends",
         kind: Kind::Force,
         at: &[
             "secondary_lateral",

@@ -9,6 +9,7 @@ impl Effect for NonlinearConicity {
         key: "nonlinear_conicity",
         title: "conicity that depends on amplitude",
         source: "thesis 5.5 (polynomial form of the contact geometry)",
+        law: "(r_1 - r_2)/2 = lambda e (1 + l3 e^2)",
         kind: Kind::Rolling,
         at: &["contact"],
         params: &[param(
@@ -31,7 +32,6 @@ impl Effect for NonlinearConicity {
 }
 
 impl Rolling for NonlinearConicity {
-    // (r_1 - r_2)/2 = lambda e (1 + l3 e^2)
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, _s: f64, to: &mut RollingRadius<P>) {
         let [cubic]: [P; 1] = p.first();

@@ -10,6 +10,8 @@ impl Effect for Polach {
         title: "creep forces of Polach",
         source: "Polach, Vehicle System Dynamics Supplement 33 (1999); Wear 258 (2005) for the reductions and the falling \
                  friction; spin enters with its part of the linear lateral force, which holds where spin is small",
+        law: "F = (2 mu N/pi) (k_A e/(1 + (k_A e)^2) + atan(k_S e)), e = (pi/4) T_linear/(mu N), mu = mu_0 ((1 - A) \
+              exp(-B w) + A), w: sliding speed",
         kind: Kind::Creep,
         at: &["contact"],
         params: &[

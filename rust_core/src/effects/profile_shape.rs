@@ -2,7 +2,6 @@
 use super::effect::*;
 use crate::numeric::profile_spline;
 
-/// (r_1 - r_2)/2 = lambda (S(e) + dS/dg(e) g), b (gamma_1 - gamma_2)/2 = epsilon T(e), from measured profiles
 pub struct ProfileShape;
 
 /// Numbers as they enter: the count n, the first displacement, the step between two; then n of each list.
@@ -11,6 +10,8 @@ impl Effect for ProfileShape {
         key: "profile_shape",
         title: "shape of the wheel and rail profiles",
         source: "measured profiles, rigid contact (thesis 2.2, 5.5); natural cubic spline, straight beyond its ends",
+        law: "(r_1 - r_2)/2 = lambda (S(e) + dS/dg(e) g), b (gamma_1 - gamma_2)/2 = epsilon T(e), from measured \
+              profiles",
         kind: Kind::Profile,
         at: &["contact"],
         params: &[

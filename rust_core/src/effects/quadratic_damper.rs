@@ -9,6 +9,7 @@ impl Effect for QuadraticDamper {
         key: "quadratic_damper",
         title: "quadratic damper",
         source: "orifice flow; Bruni et al., Vehicle System Dynamics 49 (2011)",
+        law: "F = -c2 abs(v) v",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[param(
@@ -36,7 +37,6 @@ impl Effect for QuadraticDamper {
 }
 
 impl Force for QuadraticDamper {
-    // F = -c2 abs(v) v
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [c]: [P; 1] = p.first();

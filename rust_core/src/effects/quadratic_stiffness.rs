@@ -9,6 +9,7 @@ impl Effect for QuadraticStiffness {
         key: "quadratic_stiffness",
         title: "quadratic (asymmetric) stiffness",
         source: "first even term of a spring's characteristic; Nayfeh and Mook, Nonlinear Oscillations (1979)",
+        law: "F = -k2 z^2",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[param(
@@ -38,7 +39,6 @@ impl Effect for QuadraticStiffness {
 impl Force for QuadraticStiffness {
     const SPEED: bool = false;
 
-    // F = -k2 z^2
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [k]: [P; 1] = p.first();

@@ -1,7 +1,6 @@
 //! The rail yields sideways under the wheelset.
 use super::effect::*;
 
-/// k_r u + c_r u' = -Q_y; u is taken off e, u' enters the lateral creep
 pub struct RailFlexibility;
 
 impl Effect for RailFlexibility {
@@ -9,6 +8,7 @@ impl Effect for RailFlexibility {
         key: "rail_flexibility",
         title: "lateral track flexibility",
         source: "Knothe and Grassie, Vehicle System Dynamics 22 (1993), one spring and damper under each wheelset",
+        law: "k_r u + c_r u' = -Q_y; u is subtracted from e, u' enters the lateral creep",
         kind: Kind::Rail,
         at: &["track"],
         params: &[

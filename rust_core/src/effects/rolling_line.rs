@@ -1,4 +1,4 @@
-//! Varying running line: rails worn or laid to one side over a section of the track.
+//! Varying running band: rails worn or laid to one side over a section of the track.
 use super::polyline;
 use super::effect::*;
 use crate::simd::Part;
@@ -9,8 +9,9 @@ pub struct RollingLine;
 impl Effect for RollingLine {
     const RECORD: Record = Record {
         key: "rolling_line",
-        title: "variation of the running line along the track",
+        title: "variation of the running band along the track",
         source: "thesis 5.5; EN 15302 (worn and asymmetric profiles); linear between the points, constant outside",
+        law: "(r_1 - r_2)/2 = lambda (e - e_0(s))",
         kind: Kind::Rolling,
         at: &["contact"],
         params: &[
@@ -38,7 +39,6 @@ impl Effect for RollingLine {
 }
 
 impl Rolling for RollingLine {
-    // (r_1 - r_2)/2 = lambda (e - e_0(s))
     #[inline(always)]
     fn roll<P: Part>(p: Numbers<'_>, alpha: P, _gauge: P, s: f64, to: &mut RollingRadius<P>) {
         to.shift = alpha.mul_add(polyline::at(p, P::splat(s)), to.shift);

@@ -1,4 +1,4 @@
-//! Run-out of a wheelset: a force once per turn.
+//! Lateral force on a wheelset with the period of a wheel revolution.
 use super::effect::*;
 use crate::simd::Part;
 
@@ -7,9 +7,10 @@ pub struct RunOut;
 impl Effect for RunOut {
     const RECORD: Record = Record {
         key: "run_out",
-        title: "run-out, once per turn",
-        source: "lateral run-out of the wheel: a force once per turn whose amplitude does not depend on the speed; not \
-                 unbalance, whose force grows with V^2",
+        title: "lateral force once per wheel revolution",
+        source: "any cause with the period of a wheel revolution; not derived from the geometry of a run-out, which acts \
+                 mainly as a yaw moment, nor from an unbalance, whose force grows with V^2",
+        law: "F = F_0 sin(s/r_e + phase)",
         kind: Kind::Force,
         at: &["wheelset"],
         params: &[
@@ -22,7 +23,9 @@ impl Effect for RunOut {
         odd: false,
         dissipates: false,
         candidate: true,
-        diagnosis: Diagnosis::of("wheel tread of {place}: out-of-roundness, mounting of the wheel and the axle box"),
+        diagnosis: Diagnosis::of(
+            "{place}, with the period of a wheel revolution: run-out and out-of-roundness of the wheels, axle-box bearings",
+        ),
         // the turns of a whole run separate radii that differ by some 0.05 %
         shapes: &[
             &[1000.0, 0.990, 0.0], &[1000.0, 0.991, 0.0], &[1000.0, 0.992, 0.0],
@@ -45,7 +48,6 @@ impl Force for RunOut {
     const SPEED: bool = false;
     const OF_DISTANCE: bool = true;
 
-    // F = F_0 sin(s/r_e + phase)
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, s: f64, _x: P, _dx: &mut P) -> P {
         let [force, per_radius, phase]: [P; 3] = p.first();

@@ -1,7 +1,6 @@
 //! Sensor time delay.
 use super::effect::*;
 
-/// x(t) -> x(t - tau), of the simulated signal
 pub struct SensorDelay;
 
 impl Effect for SensorDelay {
@@ -9,6 +8,7 @@ impl Effect for SensorDelay {
         key: "sensor_delay",
         title: "sensor time delay",
         source: "x(t) -> gain x(t - delay) + offset; the simulated signal is altered, never the measured one",
+        law: "x(t) -> x(t - tau), of the simulated signal",
         kind: Kind::Sensor(Alteration::Delay),
         at: &["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "z", "vz", "az", "F"],
         params: &[param("delay", "tau", "s", [0.0, -0.05, 0.05], "1", "none; up to 50 ms either way", Role::Shape)],

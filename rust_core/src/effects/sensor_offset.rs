@@ -1,7 +1,6 @@
 //! Sensor: offset of a signal.
 use super::effect::*;
 
-/// x(t) -> x(t) + offset, of the simulated signal
 pub struct SensorOffset;
 
 impl Effect for SensorOffset {
@@ -9,6 +8,7 @@ impl Effect for SensorOffset {
         key: "sensor_offset",
         title: "sensor offset",
         source: "x(t) -> gain x(t - delay) + offset; the simulated signal is altered, never the measured one",
+        law: "x(t) -> x(t) + offset, of the simulated signal",
         kind: Kind::Sensor(Alteration::Offset),
         at: &["e1", "e2", "ay1", "ay2", "ayf", "rf", "d1", "d2", "psi1", "psi2", "z", "vz", "az"],
         params: &[param("offset", "offset", "z", [0.0, -1e3, 1e3], "1", "none; visible in the mean only", Role::Shape)],

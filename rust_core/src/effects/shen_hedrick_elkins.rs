@@ -10,6 +10,8 @@ impl Effect for ShenHedrickElkins {
         title: "creep forces of Shen, Hedrick and Elkins",
         source: "Shen, Hedrick and Elkins, 8th IAVSD Symposium (1983); holds where spin is small (tread contact). \
                  Surface factor: Hobbs, British Rail DYN 52 (1967)",
+        law: "T_x = k f11 u_x, T_y = k (f22 u_y + f23 u_n), both times 1 - q/3 + q^2/27 for q = abs(T)/(mu N) < 3, \
+              else 1/q",
         kind: Kind::Creep,
         at: &["contact"],
         params: &[
@@ -54,7 +56,6 @@ impl Effect for ShenHedrickElkins {
 }
 
 impl Creep for ShenHedrickElkins {
-    // T_x = k f11 u_x, T_y = k (f22 u_y + f23 u_n), both times the factor of Vermeulen and Johnson
     #[inline(always)]
     fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
         let [per_square, surface]: [P; 2] = p.first();

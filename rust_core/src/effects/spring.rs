@@ -9,6 +9,7 @@ impl Effect for Spring {
         key: "spring",
         title: "spring",
         source: "Hooke; thesis (3.1)",
+        law: "F = -k z",
         kind: Kind::Force,
         at: &["secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw", "wheelset_yaw", "rig"],
         params: &[param("stiffness", "k", "F/z", [1.0, 0.0, 100.0], "k", STIFFNESS_ORIGIN, Role::Strength)],
@@ -30,7 +31,6 @@ impl Effect for Spring {
 impl Force for Spring {
     const SPEED: bool = false;
 
-    // F = -k z
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [k]: [P; 1] = p.first();

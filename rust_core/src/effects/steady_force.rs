@@ -10,6 +10,7 @@ impl Effect for SteadyForce {
         title: "steady force",
         source: "side wind, or lateral acceleration not balanced by cant; changes the mean values only, which the \
                  comparison band leaves out",
+        law: "F = F_0",
         kind: Kind::Force,
         at: &["frame", "frame_yaw"],
         params: &[param("force", "F", "F", [0.3, -100.0, 100.0], "F", FORCE_ORIGIN, Role::Strength)],
@@ -27,7 +28,6 @@ impl Force for SteadyForce {
     const SPEED: bool = false;
     const OF_DISTANCE: bool = true;
 
-    // F = F_0
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, _v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [force]: [P; 1] = p.first();

@@ -9,6 +9,8 @@ impl Effect for VermeulenJohnson {
         key: "vermeulen_johnson",
         title: "creep forces of Vermeulen and Johnson",
         source: "Vermeulen and Johnson, Journal of Applied Mechanics 31 (1964); holds without spin",
+        law: "T_x = pi/(phi C11) f11 u_x, T_y = pi/(psi C22) f22 u_y, both times 1 - q/3 + q^2/27 for q = abs(T)/(mu N) < 3, \
+              else 1/q",
         kind: Kind::Creep,
         at: &["contact"],
         params: &[
@@ -62,7 +64,6 @@ impl Effect for VermeulenJohnson {
 }
 
 impl Creep for VermeulenJohnson {
-    // T_x = (G pi a b/phi) u_x, T_y = (G pi a b/psi) u_y, both times 1 - q/3 + q^2/27, q = T/(mu N) < 3, else 1/q
     #[inline(always)]
     fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
         let [per_square, longitudinal, lateral]: [P; 3] = p.first();

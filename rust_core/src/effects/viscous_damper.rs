@@ -9,6 +9,7 @@ impl Effect for ViscousDamper {
         key: "viscous_damper",
         title: "viscous damper",
         source: "thesis (3.1)",
+        law: "F = -c v",
         kind: Kind::Force,
         at: &["secondary_lateral", "secondary_yaw", "primary_lateral", "primary_yaw", "wheelset_yaw", "rig"],
         params: &[param(
@@ -36,7 +37,6 @@ impl Effect for ViscousDamper {
 }
 
 impl Force for ViscousDamper {
-    // F = -c v
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, _z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [c]: [P; 1] = p.first();

@@ -9,6 +9,7 @@ impl Effect for More {
         key: "widening_damper",
         title: "damper that grows with the deflection",
         source: "made up",
+        law: "F = -c_z abs(z) v",
         kind: Kind::Force,
         at: SUSPENSIONS,
         params: &[param(
@@ -36,7 +37,6 @@ impl Effect for More {
 }
 
 impl Force for More {
-    // F = -c_z abs(z) v
     #[inline(always)]
     fn force<P: Part>(p: Numbers<'_>, z: P, v: P, _s: f64, _x: P, _dx: &mut P) -> P {
         let [c]: [P; 1] = p.first();
