@@ -19,6 +19,7 @@ from railui.identification.residual.input_noise import input_noise_spectra
 from railui.identification.residual.input_noise_share import input_noise_shares, without_input_noise
 from railui.identification.residual.mains_hum import without_hum
 from railui.identification.residual.restoring_force_surface import SurfaceShares, surface_shares
+from railui.identification.residual.track_noise_coherence import without_track_noise
 from railui.identification.residual.vibration import vibration_frequency, vibration_share
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
@@ -75,8 +76,8 @@ def examine_residual_of_each(context: Context, models: Sequence[tuple[Model, Seg
     predictions = predict_each(context, models)
     predictions = [without_hum(p, context.dataset.hum) if p.diverged_at is None else p for p in predictions]
     coherence = residual_coherence(context, predictions)
-    if all(s.is_rig for s in segments) and _has_evidence(settings, coherence):
-        coherence = without_input_noise(coherence, input_noise_shares(context, [m for m, _ in models], predictions))
+    if _has_evidence(settings, coherence):
+        coherence = _without_noise_of_inputs(context, models, predictions, coherence)
     has_reference = any(
         len(compared_channels(s)) > 1 or s.kind != "rig" or np.any(s.columns.get("u", 0.0)) for s in segments
     )
@@ -86,6 +87,18 @@ def examine_residual_of_each(context: Context, models: Sequence[tuple[Model, Seg
     vibration = _vibration(context, models, predictions) if all(s.kind == "rig" for s in segments) else None
     evidence = summarise_coherence(settings, coherence, has_reference=has_reference and vibration is None)
     return replace(evidence, vibration=vibration)
+
+
+def _without_noise_of_inputs(
+    context: Context,
+    models: Sequence[tuple[Model, Segment]],
+    predictions: Sequence[Prediction],
+    coherence: dict[str, ResidualCoherence],
+) -> dict[str, ResidualCoherence]:
+    """Return the coherence less what noise of the track record, or of the input of a rig, leaves."""
+    if all(s.is_rig for _, s in models):
+        return without_input_noise(coherence, input_noise_shares(context, [m for m, _ in models], predictions))
+    return without_track_noise(context, models, predictions, coherence)
 
 
 def summarise_coherence(

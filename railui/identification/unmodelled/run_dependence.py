@@ -221,7 +221,8 @@ class _RunScores:
     def _estimate_values(self, group: Ratios) -> tuple[float, dict[int, tuple[float, float]]]:
         """Estimate the value of each validation run and its standard deviation; return the misfit with these first.
 
-        The standard deviation is that of leave-one-out residuals of blocks; infinite with a single one.
+        The standard deviation is that of leave-one-out residuals of blocks; infinite with a single one, and on a run
+        that the value does not influence, where the calibrated value is kept.
         """
         c = self._direction(dict(group))
         j = self.paths.index(group[0][0])
@@ -233,6 +234,10 @@ class _RunScores:
                 [g for t, g in zip(self.segments, self.grams, strict=True) if t.segment.run_index == run]
             )
             score, norm = gram[:, 0] @ c, np.einsum("p,bpq,q->b", c, gram, c)
+            if not norm.sum() > 0.0:  # without influence on this run: it keeps the calibrated value
+                estimates[run] = (float(self.x[j]), np.inf)
+                misfit += float(self._misfits(segments, c[1:], np.zeros(1))[0])
+                continue
             change, leverage = score.sum() / norm.sum(), norm / norm.sum()
             left_out = (score - change * norm) / np.maximum(1.0 - leverage, LONELY)  # HC3, as for a score
             sd = float(np.linalg.norm(left_out) / norm.sum()) if len(norm) > 1 else np.inf
