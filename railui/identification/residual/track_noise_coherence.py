@@ -37,7 +37,7 @@ def without_track_noise(
 
     Of realisations of this noise, each model taken as true on its segment, the coherent power of the residuals is
     computed as that of the measured ones is; its mean over the power of the measured residual is subtracted, and its
-    scatter added to the standard error. Unchanged where no column of the track has noise, or no realisation can be simulated.
+    scatter added to the standard error. Unchanged where no column of the track has noise, or where the models diverge.
     """
     followed = [(m, p) for (m, _), p in zip(models, predictions, strict=True) if p.diverged_at is None]
     if not followed or not any(context.noise.get(c) for c in TRACK_COLUMNS):
