@@ -13,6 +13,8 @@ MAX_WINDOWS = 200
 POINTS_PER_WINDOW = 8
 MIN_SIGNIFICANCE = 3.0  # standard deviations from which a drift counts
 MIN_NUMBERS = 20  # of frames, after which their mean distance in time is known
+LEAST_JUMP = 1.0  # s, by which a clock that was set forward gets ahead of the host's from one point to the next
+UNUSUAL_ADVANCE = 10.0  # times the usual one between two points, as of a recording that is replayed fast
 MAX_STEP_NUMBERS = 100  # of frames from one sample to the next; more are an interruption
 
 
@@ -101,7 +103,8 @@ def is_significant(drift: float, sd: float) -> bool:
 def fit_clock(points: Sequence[tuple[float, float]]) -> ClockFit | None:
     """Fit the clock model by least squares.
 
-    A sample arrives some milliseconds late, never early: the pair with the smallest delay of each window is used.
+    A sample arrives some milliseconds late, never early: the pair with the smallest delay of each window is used. Where
+    the logger's clock was set forward, the model is that of the times before.
 
     Parameters
     ----------
@@ -112,6 +115,7 @@ def fit_clock(points: Sequence[tuple[float, float]]) -> ClockFit | None:
     -------
     Fitted model, None for fewer than `MIN_WINDOWS` pairs.
     """
+    points = points[: _first_jump(points)]
     if len(points) < MIN_WINDOWS:
         return None
     logger_time, host_time = np.array(points).T
@@ -129,3 +133,19 @@ def fit_clock(points: Sequence[tuple[float, float]]) -> ClockFit | None:
     residual = y - y.mean() - drift * deviation
     sd = float(np.sqrt(residual @ residual / max(len(x) - 2, 1) / power))
     return ClockFit(float(y.mean() - drift * x.mean()), drift, sd, float(delay.min()))
+
+
+def _first_jump(points: Sequence[tuple[float, float]]) -> int:
+    """Return the first of the pairs (logger time, host time) [s] after the logger's clock was set forward.
+
+    From one pair to the next it gets ahead of the host's by more than a second and far more than it usually does, and
+    the delay falls below all before. That of samples which a dead line held back falls to what it was.
+    """
+    logger_time, host_time = np.reshape(np.array(points), (-1, 2)).T
+    delay = host_time - logger_time
+    ahead = -np.diff(delay)
+    if not ahead.size:
+        return len(points)
+    limit = LEAST_JUMP + UNUSUAL_ADVANCE * float(np.median(np.abs(ahead)))
+    is_jump = (ahead > limit) & (delay[1:] < np.minimum.accumulate(delay)[:-1] - LEAST_JUMP)
+    return 1 + int(np.argmax(is_jump)) if is_jump.any() else len(points)

@@ -186,6 +186,26 @@ def test_clock_drift_is_estimated_from_samples_that_arrive_late() -> None:
     assert fit is not None and fit.drift == pytest.approx(50e-6, abs=10e-6) and fit.drift_sd < 10e-6
 
 
+@pytest.mark.parametrize("at", [300, 595])
+def test_a_clock_that_is_set_forward_keeps_the_model_of_before(at: int) -> None:
+    random = np.random.default_rng(2)
+    there = np.arange(0.0, 600.0, 1.0)
+    here = 1000.0 + there * (1 + 50e-6) + random.exponential(0.02, there.size)
+    there[at:] += 600.0
+    fit = fit_clock(list(zip(there, here, strict=True)))
+    assert fit is not None and fit.drift == pytest.approx(50e-6, abs=40e-6)
+    assert fit.host_time(0.0) == pytest.approx(1000.0, abs=0.02)
+
+
+@pytest.mark.parametrize("rate", [0.5, 10.0])
+def test_samples_that_a_dead_line_held_back_and_a_replay_are_no_clock_that_is_set(rate: float) -> None:
+    host = np.arange(0.0, 60.0, 1.0)
+    logger_time = rate * host
+    host[30:40] = 40.0  # of a line that was dead for ten seconds
+    fit = fit_clock(list(zip(logger_time, 1000.0 + host, strict=True)))
+    assert fit is not None and 1.0 / (1.0 + fit.drift) == pytest.approx(rate, rel=0.15)
+
+
 def test_drift_within_its_uncertainty_is_not_applied() -> None:
     random = np.random.default_rng(1)
     there = np.arange(0.0, 60.0, 1.0)
