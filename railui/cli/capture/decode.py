@@ -22,6 +22,7 @@ def command(raw: str, out: str, call: Invocation) -> None:
     Reconnects, marks and times come from the journal in the same directory; without one, the bytes alone are decoded.
     """
     from railui.capture.recorder.replay import RAW_FILE, decode
+    from railui.io.problems import TemporaryError
 
     path = Path(raw) / RAW_FILE if Path(raw).is_dir() else Path(raw)
     directory = Path(out)
@@ -33,4 +34,8 @@ def command(raw: str, out: str, call: Invocation) -> None:
     is_own_directory = directory.resolve() == path.parent.resolve()
     if files and not is_own_directory and "capture.json" not in files:
         raise usage_error(f"{directory} holds {', '.join(files[:MAX_LISTED_FILES])}: give another -o DIR")
-    finish_recording(call, decode(path, directory), directory)
+    replay = decode(path, directory)
+    finish_recording(call, replay, directory)
+    if not replay.assembler.counts.samples:
+        size = replay.position
+        raise TemporaryError(f"{path}: no sample was decoded of {size} bytes: is it the raw.bin of a recording?")

@@ -384,3 +384,12 @@ def test_check_computes_the_load_of_a_line(words: list[str], code: int, state: s
     report = json.loads(done.stdout)
     assert done.returncode == code and report["state"] == state
     assert ("whatever the framing" in done.stderr) == (report["value_bytes_per_second"] > report["passes"])
+
+
+@pytest.mark.parametrize("content", [b"", bytes(range(256)) * 8])
+def test_decoding_bytes_without_a_sample_has_exit_code_3(content: bytes, tmp_path: Path) -> None:
+    raw = tmp_path / "raw.bin"
+    raw.write_bytes(content)
+    command = [*RAILUI, "capture", "decode", str(raw), "-o", str(tmp_path / "again"), "-q"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 3 and f"no sample was decoded of {len(content)} bytes" in done.stderr
