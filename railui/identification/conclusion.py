@@ -100,7 +100,7 @@ def conclude(context: Context, base: BaseModel, selection: Selection) -> LoopRes
         predicted_gains=predicted_gains,
         freed=selection.freed,
         conditions=conditions,
-        is_by_condition=deciding is not None,
+        floor_of_conditions=None if deciding is None else examination.floor,
         sensitive_motion=_sensitive_motion(context, selection) if is_unexplained else None,
     )
 
@@ -129,7 +129,8 @@ def _judge(
         scores = NO_SCORE_TEST
     explained = explained_share(errors["before"], errors["after"], noise)
     remainder = describe_remainder(context, errors, noise, examination.evidence, scores, discrepancy)
-    test = run_independent_test(context, final.base_fit, final.fit, discrepancy)
+    by_run = None if deciding is None else deciding.by_run
+    test = run_independent_test(context, final.base_fit, final.fit, discrepancy, by_run)
     verdict = decide_verdict(
         context.settings.verdict,
         has_effects=selection.has_effects if deciding is None else selection.fit is not base.fit,
@@ -138,10 +139,11 @@ def _judge(
         is_adequate=examination.is_adequate,
         is_noise=examination.is_noise,
         has_discrepancy=discrepancy is not None,
+        is_shared=examination.evidence.is_shared,
         has_freed_members=freed_members_lower_error(context, selection.freed, selection.validation),
         is_out_of_time=examination.is_out_of_time,
         diverges=bool(errors["after"].diverged),
-        is_contradicted=deciding is None and test is not None and test.is_contradicted,
+        is_contradicted=test is not None and test.is_contradicted,
         exceeds_noise=not errors["after"].nrmse <= context.settings.verdict.max_noise_ratio * noise.nrmse,
     )
     context.progress.message(f"verdict {verdict}: NRMSE {errors['after'].nrmse:.4f}, noise floor {noise.nrmse:.4f}")
@@ -221,6 +223,7 @@ def _examine(context: Context, base: BaseModel, selection: Selection, validation
         if with_noise is not None:
             context, discrepancy = with_noise, None
             floor = estimate_noise_floor(context, selection.fit.model, context.dataset.selection)
+            evidence = examine_residual(context, selection.fit.model)
             context.progress.message(f"track noise of {1e3 * context.noise['yw']:.2g} mm (yw) explains the residual")
     is_small = discrepancy is not None and is_small_effect(context, discrepancy, selection)
     discrepancy = None if is_small else discrepancy

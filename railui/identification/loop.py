@@ -125,10 +125,11 @@ def calibrate_only(
     findings = report_data_checks(context)
     context = with_phases(context)
     nominal = validate(context, context.nominal, dataset.selection)
-    if method == METHODS[0]:
-        base = with_final_estimates(context, calibrated_base(context, nominal))
-    else:
-        base = base_of_parallel_models(context, nominal)
+    is_least_squares = method == METHODS[0]
+    base = calibrated_base(context, nominal) if is_least_squares else base_of_parallel_models(context, nominal)
+    context = with_noise_within_residual(context, base.validation)
+    if is_least_squares:
+        base = with_final_estimates(context, base)
     before = base.fit
     validations = final_validations(context, before, before, None)
     floor = estimate_noise_floor(context, before.model, dataset.validation)

@@ -10,7 +10,7 @@ from railui.identification.context import Context
 from railui.identification.estimation.noise_floor import NoiseFloor
 from railui.identification.estimation.validation import Validation
 from railui.identification.residual.noise_evidence import ResidualEvidence, depends_on_both
-from railui.identification.structure.candidate_scores import has_structure
+from railui.identification.structure.candidate_scores import structured_candidate
 from railui.identification.structure.score_test import ScoreTestResult
 from railui.identification.unmodelled.discrepancy import Discrepancy
 from railui.identification.verdict import Remainder, remaining_ratio
@@ -38,15 +38,15 @@ def describe_remainder(
     is_on_both = depends_on_both(context.settings.verdict, evidence.surface)
     # with a force curve or a drift the residual is another
     is_explained = discrepancy is not None and discrepancy.lowers_error
-    is_structured = has_structure(context.settings.score_test, scores)
-    best = scores.best[0] if is_structured and scores.best else None
+    structured = structured_candidate(context.settings.score_test, scores)
+    named = None if structured is None else structured.candidate
     located = discrepancy is not None and discrepancy.is_located(context.settings.verdict)
     return Remainder(
         ratio=remaining_ratio(validations["before"], validations["after"], floor),
         coherent_share=evidence.share if np.isfinite(evidence.share) else None,
         coherent=evidence.is_coherent,
-        structured=is_structured,
-        candidate=None if best is None else (best.candidate.kind, best.candidate.at, best.candidate.wheelset),
+        structured=named is not None,
+        candidate=None if named is None else (named.kind, named.at, named.wheelset),
         at=discrepancy.at if located and discrepancy else None,
         wheelset=discrepancy.wheelset if located and discrepancy else None,
         surface=evidence.surface if is_on_both and not is_explained else None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,6 +21,7 @@ from railui.identification.estimation.validation import (
     block_errors_after_start,
     error_after_start,
     validate,
+    validate_each,
 )
 from railui.identification.structure.freed_groups import FreedGroups
 from railui.identification.structure.gain_forecast import PredictedGains
@@ -30,6 +31,7 @@ from railui.identification.unmodelled.condition_dependence import ConditionDepen
 from railui.identification.unmodelled.discrepancy import Discrepancy
 from railui.identification.unmodelled.sensitive_motion import SensitiveMotion
 from railui.identification.verdict import Explained, Remainder, Verdict
+from railui.vehicle.model import Model
 
 
 @dataclass(frozen=True)
@@ -80,8 +82,9 @@ class LoopResult(WithContext):
         On the validation runs, of the candidates of the last score test.
     conditions
         Parameters under the stated conditions of the runs; None where there are none.
-    is_by_condition
-        Whether the verdict is that on the model whose parameters differ between the conditions.
+    floor_of_conditions
+        Noise floor on the runs that select effects, where the verdict is that on the model whose parameters differ
+        between the conditions; None where it is not.
     sensitive_motion
         Law with which the equation of motion of a rig holds whose motion no simulation follows; None: none.
     freed
@@ -109,7 +112,7 @@ class LoopResult(WithContext):
     left_out: tuple[LeftOutRun, ...] = ()
     predicted_gains: PredictedGains = field(default_factory=dict, repr=False)
     conditions: ConditionDependence | None = None
-    is_by_condition: bool = False
+    floor_of_conditions: NoiseFloor | None = None
     freed: FreedGroups = field(default_factory=FreedGroups, repr=False)
     sensitive_motion: SensitiveMotion | None = None
 
@@ -125,12 +128,16 @@ class LoopResult(WithContext):
         return self.after.simulations + (0 if is_same_fit else self.before.simulations)
 
     @property
+    def is_by_condition(self) -> bool:
+        """True where the verdict is that on the model whose parameters differ between the conditions."""
+        return self.floor_of_conditions is not None
+
+    @property
     def error_to_noise(self) -> float:
         """Validation error over noise floor; that of parameters apart for every condition where these decide."""
-        error = self.validations["after"].nrmse
-        if self.is_by_condition and self.conditions is not None:
-            error = self.conditions.separate_nrmse
-        return error / self.noise_floor.nrmse
+        if self.floor_of_conditions is not None and self.conditions is not None:
+            return self.conditions.separate_nrmse / self.floor_of_conditions.nrmse
+        return self.validations["after"].nrmse / self.noise_floor.nrmse
 
     def validate(self, segments: Sequence[Segment]) -> Validation:
         """Validate the final model on segments."""
@@ -147,18 +154,28 @@ def validate_final(
 
 
 def run_independent_test(
-    context: Context, before: Fit, after: Fit, discrepancy: Discrepancy | None
+    context: Context,
+    before: Fit,
+    after: Fit,
+    discrepancy: Discrepancy | None,
+    by_run: Mapping[int, Model] | None = None,
 ) -> IndependentTest | None:
-    """Compute the errors on the test segments; None without any."""
+    """Compute the errors on the test segments; None without any.
+
+    by_run: model after of each run by its index, where conditions decide; runs without one are left out.
+    """
     dataset = context.dataset
-    segments = dataset.test
+    segments = [s for s in dataset.test if by_run is None or s.run_index in by_run]
     if not segments:
         return None
     without = validate(context, before.model, segments)
     nrmse_before = error_after_start(context, without, segments)
     nrmse_after, is_contradicted = nrmse_before, False
-    if after is not before or discrepancy is not None:
-        final = validate_final(context, after, discrepancy, segments)
+    if by_run is not None or after is not before or discrepancy is not None:
+        if by_run is not None:
+            final = validate_each(context, [(by_run[s.run_index], s) for s in segments])
+        else:
+            final = validate_final(context, after, discrepancy, segments)
         nrmse_after = error_after_start(context, final, segments)
         errors, final_errors = (block_errors_after_start(context, one, segments) for one in (without, final))
         is_contradicted = is_error_raised(errors, final_errors, context.settings.validation.contradiction_level)

@@ -120,6 +120,7 @@ def decide_verdict(
     is_adequate: bool,
     is_noise: bool,
     has_discrepancy: bool,
+    is_shared: bool = False,
     has_freed_members: bool = False,
     is_out_of_time: bool = False,
     diverges: bool = False,
@@ -135,7 +136,9 @@ def decide_verdict(
     is_adequate
         Whether the error is so near that of noise that no further effect can gain enough.
     is_noise
-        Whether the error is that of noise, or the residual coherent with neither the track nor a motion.
+        Whether the error is that of noise, or the residual coherent with neither track, motions nor other channels.
+    is_shared
+        Whether the residuals of different channels are coherent.
     has_discrepancy
         Whether a discrepancy that is not in the library was found.
     has_freed_members
@@ -143,14 +146,15 @@ def decide_verdict(
     is_out_of_time
         Whether the time budget ended before the search for effects and discrepancies did.
     diverges
-        Whether the final model diverges on a validation run: its effects then explain only a part.
+        Whether the final model diverges on a validation run: it does not describe the vehicle there, and effects that
+        it has explain only a part.
     is_contradicted
         Whether the effects raise the error of the independent test: they are then not the whole explanation.
     exceeds_noise
         Whether the error with effects is so far above the noise floor that it is no noise, whatever its structure.
     """
     has_structure = remainder.structured or remainder.coherent or remainder.surface is not None
-    is_no_noise = not is_noise and (has_structure or remainder.vibration is not None or is_out_of_time)
+    is_no_noise = not is_noise and (has_structure or is_shared or remainder.vibration is not None or is_out_of_time)
     is_outside = has_discrepancy or has_freed_members or is_no_noise
     if has_effects:
         if diverges or is_contradicted:
@@ -158,4 +162,4 @@ def decide_verdict(
         is_whole = explained is None or explained.value >= settings.min_explained_share
         leaves_noise = not (has_structure or is_outside or exceeds_noise)
         return Verdict.EFFECT if is_whole or is_adequate or leaves_noise else Verdict.PARTIAL
-    return Verdict.OUTSIDE if is_outside else Verdict.NONE
+    return Verdict.OUTSIDE if is_outside or diverges else Verdict.NONE

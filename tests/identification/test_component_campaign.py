@@ -237,6 +237,9 @@ def test_a_friction_that_depends_on_the_current_is_reported_for_every_current(tm
     assert found.separate_nrmse < 0.05 < found.common_nrmse
     assert loop.verdict == "effect" and loop.is_by_condition and loop.discrepancy is None
     assert loop.explained is not None and loop.explained.value > 0.99
+    assert loop.test is None if samples == 1600 else loop.test is not None
+    if loop.test is not None:  # of the model of each current
+        assert loop.test.nrmse_after < 0.05 < loop.test.nrmse_before and not loop.test.is_contradicted
     report = loop_report(loop)
     assert re.search(r"dry friction in the rig, force \S+ \+/- \S+ N at 0 A, \S+ \+/- \S+ N at 1 A", report["sentence"])
     assert report["conditions"]["decides"] and [e["kind"] for e in report["effects"]] == ["dry_friction"]

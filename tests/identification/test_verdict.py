@@ -39,6 +39,14 @@ def test_a_vibration_above_noise_that_no_force_explains_is_outside(is_noise: boo
     assert decide_verdict(VerdictSettings(), remainder=left, is_noise=is_noise, **rules) == expected
 
 
+@pytest.mark.parametrize("what", ["diverges", "is_shared"])
+def test_a_model_without_effects_that_diverges_or_leaves_a_shared_residual_is_outside(what: str):
+    left = Remainder(None, None, coherent=False, structured=False)
+    rules = {"has_effects": False, "explained": None, "is_adequate": False, "has_discrepancy": False, "is_noise": False}
+    assert decide_verdict(VerdictSettings(), remainder=left, **rules) == Verdict.NONE
+    assert decide_verdict(VerdictSettings(), remainder=left, **rules, **{what: True}) == Verdict.OUTSIDE
+
+
 @pytest.mark.parametrize(("rise", "level"), [(0.0, 0.01), (0.5, 0.01)])
 def test_a_higher_error_is_significant_by_chance_as_often_as_its_level_says(rise: float, level: float):
     rng = np.random.default_rng(7)

@@ -64,6 +64,13 @@ class NoiseSettings:
         minimum=1e-6,
         meaning="Centre of the prior of rails without stated noise, in the standard deviation of the alignment.",
     )
+    max_rail_noise_share: float = setting(
+        0.3,
+        minimum=1e-6,
+        meaning="Noise of the track without stated noise up to which a residual may be that noise, in the standard "
+        "deviation of the alignment.",
+        provenance="chosen by hand: 0.5 mm of an alignment of 1.7 mm; a record with more is no reference",
+    )
     max_quiet_excess: float = setting(
         1.5,
         minimum=1.0,

@@ -17,7 +17,8 @@ def independent_edges(parts: FloatArray) -> NDArray[np.int64]:
 
     An unmeasured force moves a lightly damped rig for its time of decay, whatever the share of the record in a block.
     The correlation r of neighbours is the mean over the columns; in noise its standard error is at most 1/sqrt(B). As
-    that of a first-order process it makes (1 + r)/(1 - r) blocks one independent one.
+    that of a first-order process it makes (1 + r)/(1 - r) blocks one independent one. Of eight blocks or fewer no
+    correlation is estimated: with r = 0.5 a test at 1 % rejects in some 5 % of sound records of 4 to 12 blocks.
 
     Parameters
     ----------

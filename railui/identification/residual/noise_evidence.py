@@ -40,8 +40,9 @@ class ResidualEvidence:
     is_shared
         Whether the residuals of different channels are coherent: an unmeasured force, or noise of the track.
     is_noise
-        Whether the residual is incoherent although another channel, the input, or the harmonics of a free motion could
-        show otherwise, on a rig no vibration and on a bench no function of displacement and velocity together.
+        Whether the residual is incoherent with track, motions and other channels although one of these, or the
+        harmonics of a free motion, could show otherwise, on a rig no vibration and on a bench no function of
+        displacement and velocity together.
     surface
         Shares of the residual force of a component on a bench over displacement and velocity; None: not computed.
     vibration
@@ -114,7 +115,8 @@ def summarise_coherence(
     evident = [(s, name) for s, name in shares if _is_evident(settings, s)]
     largest, channel = max(evident or shares, key=lambda item: item[0].share)
     is_shared = any(_is_evident(settings, c.others) for c in coherence.values())
-    return ResidualEvidence(largest.share, channel, bool(evident), is_shared, has_reference and not evident)
+    is_noise = has_reference and not evident and not is_shared
+    return ResidualEvidence(largest.share, channel, bool(evident), is_shared, is_noise)
 
 
 def _has_evidence(settings: VerdictSettings, coherence: Mapping[str, ResidualCoherence]) -> bool:

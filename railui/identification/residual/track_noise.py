@@ -38,8 +38,9 @@ def with_track_noise(context: Context, model: Model, validation: Validation, flo
     Returns
     -------
     Context or None
-        None where the level would lie above the known one by more than the uncertainty of both, or the errors of the
-        channels are not in the proportions that noise of the track leaves.
+        None where the level would lie above the known one by more than the uncertainty of both, without a known one
+        above a share of the alignment, or where the errors of the channels are not in the proportions that noise of
+        the track leaves.
     """
     noise, is_known = context.noise, True
     if not any(noise.get(c, 0.0) > 0.0 for c in TRACK_COLUMNS):
@@ -52,6 +53,8 @@ def with_track_noise(context: Context, model: Model, validation: Validation, flo
     if excess <= 0.0 or not validation.nrmse > floor.sensors_only:
         return None
     factor = float(np.sqrt((validation.nrmse**2 - floor.sensors_only**2) / excess))
+    if not is_known and noise["yw"] * factor > context.settings.noise.max_rail_noise_share * _alignment(context):
+        return None
     level = _scaled(context, noise, factor, 0.0)
     floor = estimate_noise_floor(_with(context, level), model, context.dataset.selection)
     scatter = _scatter_of_level(context, floor)
@@ -109,11 +112,15 @@ def _assumed(context: Context) -> NoiseModel:
     present = {c for c in TRACK_COLUMNS if any(np.any(s.columns.get(c, 0.0)) for s in segments)}
     if "yw" not in present or any(c in context.noise for c in TRACK_COLUMNS):
         return NoiseModel()
-    alignment = float(np.median([np.std(s.columns["yw"]) for s in segments]))
-    yw = context.settings.noise.rail_noise_share * alignment
+    yw = context.settings.noise.rail_noise_share * _alignment(context)
     levels = independent_rail_levels(yw, track_geometry(context.nominal.design).half_gauge)
     unstated = {c: ColumnNoise(levels[c], NoiseSpectrum(levels[c]), source=ESTIMATED) for c in levels if c in present}
     return NoiseModel({**context.noise.columns, **unstated})
+
+
+def _alignment(context: Context) -> float:
+    """Standard deviation [m] of the recorded alignment, median over the segments that select effects."""
+    return float(np.median([np.std(s.columns["yw"]) for s in context.dataset.selection]))
 
 
 def _scaled(context: Context, noise: NoiseModel, factor: float, scatter: float) -> NoiseModel:

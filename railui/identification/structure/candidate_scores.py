@@ -92,6 +92,17 @@ def scored_part(context: Context, fit: Fit) -> Fit:
 
 def has_structure(settings: ScoreTestSettings, result: ScoreTestResult) -> bool:
     """True where the residual has a structure that noise does not have."""
-    if result.rho2 < settings.structured_rho2:
-        return False
-    return result.p <= settings.significance_level or result.rho2 >= settings.obvious_rho2
+    return structured_candidate(settings, result) is not None
+
+
+def structured_candidate(settings: ScoreTestSettings, result: ScoreTestResult) -> ScoreResult | None:
+    """Return the best candidate that explains a structure which noise does not have; None where there is none.
+
+    It explains an obvious share of the residual, or a smaller one with a significant score of its own: the largest
+    share of a library is often that of another candidate than the most significant score.
+    """
+    for s in result.best:
+        rho2 = s.admissible_rho**2
+        if rho2 >= settings.obvious_rho2 or (rho2 >= settings.structured_rho2 and result.is_significant(s)):
+            return s
+    return None

@@ -104,9 +104,14 @@ def predict_validation_gain(context: Context, validation_fit: Fit | None, scores
 
 
 def _summary(blocks: FloatArray, share: float) -> PredictedGain:
-    """Summarise blocks [block, 2] of the squared effect and of its product with noise, from a share of the runs."""
+    """Summarise blocks [block, 2] of the squared effect and of its product with noise, from a share of the runs.
+
+    A single block of a part of the runs has no scatter that could be known: its mean is NaN.
+    """
     squares, products = blocks.T
-    mean, count = float(squares.sum()), len(squares)
-    variance = count * float(squares.var()) / max(count - 1, 1)
-    scatter = float(np.sqrt(max(1.0 - share, 0.0) * count * variance)) / max(mean, 1e-300)
+    mean, count, left_out = float(squares.sum()), len(squares), max(1.0 - share, 0.0)
+    if count < 2 and left_out > 0.0:
+        return PredictedGain(np.nan, np.nan, np.inf)
+    variance = float(squares.var(ddof=1)) if count > 1 else 0.0
+    scatter = float(np.sqrt(left_out * count * variance)) / max(mean, 1e-300)
     return PredictedGain(mean, float(np.sqrt(share * np.sum(products**2))), scatter)

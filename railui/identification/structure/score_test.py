@@ -50,6 +50,11 @@ class ScoreTestResult:
         """Share of the squared residual that the best candidate explains."""
         return self.best[0].admissible_rho ** 2 if self.best else 0.0
 
+    def is_significant(self, score: ScoreResult) -> bool:
+        """True where the score of one candidate is significant in the family-wise test."""
+        z = score.z if score.is_one_sided else abs(score.z)
+        return not score.is_extrapolated and z >= self.critical_score
+
 
 @dataclass(frozen=True, eq=False)
 class _Base:

@@ -42,6 +42,12 @@ class SelectionStep:
     alternatives: tuple[Refit, ...] = ()
 
     @property
+    def is_significant(self) -> bool:
+        """True where the added effect has a significant score of its own."""
+        score = None if self.added is None else self.added.score_result
+        return score is not None and self.score_test.is_significant(score)
+
+    @property
     def comparable_refits(self) -> tuple[Refit, ...]:
         """Refits that have the same other effects as that of the added effect; none of a pair without alternatives."""
         return self.alternatives or (() if self.in_pair else self.refits)

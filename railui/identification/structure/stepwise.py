@@ -128,14 +128,13 @@ class StepwiseSelection:
         """Add one effect after the other to the last model of a path, as long as they gain or are on trial."""
         steps, stages, accepted, floor = list(path.steps), list(path.stages), path.accepted, path.floor
         while len(steps) < self.settings.max_effects and not (accepted and self._is_adequate(stages[accepted], floor)):
-            on_trial = len(steps) > accepted
             current = stages[-1].fit if steps else path.start
-            step, stage = self._step(current, stages[accepted], floor, on_trial=on_trial)
+            step, stage = self._step(current, stages[accepted], floor, on_trial=steps[accepted:])
             steps.append(step)
             if stage is None:
                 break
             stages.append(stage)
-            if self._gains(steps[accepted].score_test, stages[accepted], stage):
+            if self._gains(steps[accepted:], stages[accepted], stage):
                 accepted = len(steps)
                 self.context.progress.event(ModelValidated("after", stage.validation))
                 floor = self._preliminary_floor(stage.fit)
@@ -188,10 +187,13 @@ class StepwiseSelection:
                 return None
             path.steps[base] = replace(step, pairs=search)
             stage = None if pairs is None else self._pair_stage(fit, pairs)
-            if pairs is None or stage is None or not self._gains(step.score_test, accepted, stage):
+            if pairs is None or stage is None:
+                continue
+            added = pair_steps(self.context, path.steps[base], pairs)
+            if not self._gains(added, accepted, stage):
                 continue
             self.context.progress.event(ModelValidated("after", stage.validation))
-            steps = [*path.steps[:base], *pair_steps(self.context, path.steps[base], pairs)]
+            steps = [*path.steps[:base], *added]
             stages = [*path.stages[: base + 1], stage, stage]
             return _Path(steps, stages, base + 2, self._preliminary_floor(stage.fit), path.start)
         return None
@@ -236,14 +238,16 @@ class StepwiseSelection:
         draws = self.context.settings.validation.preliminary_floor_draws
         return estimate_noise_floor(self.context, fit.model, self.context.dataset.selection, draws)
 
-    def _gains(self, scores: ScoreTestResult, old: Stage, new: Stage) -> bool:
-        """True where a stage gains on the validation runs, clearly so without a significant score of the old one.
+    def _gains(self, steps: Sequence[SelectionStep], old: Stage, new: Stage) -> bool:
+        """True where a stage gains on the validation runs, clearly so unless an added effect has a significant score.
 
         Without it an effect is the best of many on the validation runs.
+
+        steps: those from the old stage to the new one.
         """
         if not gains(self.context, old, new):
             return False
-        if scores.p <= self.context.settings.score_test.significance_level:
+        if any(step.is_significant for step in steps):
             return True
         return is_decisive(self.settings, old.validation.error_reduction(new.validation))
 
@@ -251,11 +255,11 @@ class StepwiseSelection:
         return validated_stage(self.context, fit)
 
     def _step(
-        self, current: Fit, accepted: Stage, floor: NoiseFloor, *, on_trial: bool
+        self, current: Fit, accepted: Stage, floor: NoiseFloor, *, on_trial: Sequence[SelectionStep]
     ) -> tuple[SelectionStep, Stage | None]:
         """Look for one more effect; None: the forward selection ends.
 
-        on_trial: an effect without a gain has been added before, and is retained only if this one gains.
+        on_trial: steps that have added an effect without a gain, which is retained only if this one gains.
         """
         settings, nrmse = self.settings, accepted.validation.nrmse
         scores = run_score_test(self.context, current)
@@ -274,8 +278,8 @@ class StepwiseSelection:
         self.context.progress.message(f"  with {refit_text(chosen)}: NRMSE {stage.validation.nrmse:.4f}")
         can_gain = not self._is_adequate(accepted, floor)
         is_promising = can_gain and chosen.rss <= (1.0 - settings.trial_misfit_share) * current.normal.rss
-        if not self._gains(scores, accepted, stage):
-            runner_up = self._runner_up(current, scores, accepted, refits, chosen) if can_gain else None
+        if not self._gains([*on_trial, SelectionStep(scores, refits, chosen)], accepted, stage):
+            runner_up = self._runner_up(current, scores, accepted, refits, chosen, on_trial) if can_gain else None
             if runner_up is not None:
                 chosen, stage = runner_up
             elif on_trial or not is_promising:
@@ -284,7 +288,13 @@ class StepwiseSelection:
         return SelectionStep(scores, refits, replace(chosen, fit=stage.fit, block_errors=errors)), stage
 
     def _runner_up(
-        self, current: Fit, scores: ScoreTestResult, accepted: Stage, refits: Sequence[Refit], chosen: Refit
+        self,
+        current: Fit,
+        scores: ScoreTestResult,
+        accepted: Stage,
+        refits: Sequence[Refit],
+        chosen: Refit,
+        on_trial: Sequence[SelectionStep],
     ) -> tuple[Refit, Stage] | None:
         """Find the best of the next candidates that gains on the validation runs, where the first does not."""
         limit = (1.0 - self.context.settings.score_test.structured_rho2) * current.normal.rss
@@ -296,9 +306,8 @@ class StepwiseSelection:
             if stage is None:
                 continue
             self.context.progress.message(f"  with {refit_text(refit)}: NRMSE {stage.validation.nrmse:.4f}")
-            if self._gains(scores, accepted, stage) and (
-                best is None or stage.validation.nrmse < best[1].validation.nrmse
-            ):
+            is_lower = best is None or stage.validation.nrmse < best[1].validation.nrmse
+            if is_lower and self._gains([*on_trial, SelectionStep(scores, (), refit)], accepted, stage):
                 best = refit, stage
         return best
 

@@ -8,7 +8,7 @@ condition where its estimates differ by more than their standard deviations allo
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import special
@@ -78,6 +78,8 @@ class ConditionDependence:
         On the validation runs, with common and with separate parameters.
     models : tuple of (Model, Segment)
         Each of these validation runs with the model of its condition.
+    by_run : dict
+        Model of the condition of each run, by its index in the campaign; runs under other conditions have none.
     """
 
     name: str
@@ -87,6 +89,7 @@ class ConditionDependence:
     common: Validation
     separate: Validation
     models: tuple[tuple[Model, Segment], ...]
+    by_run: Mapping[int, Model] = field(default_factory=dict, repr=False)
 
     @property
     def model(self) -> Model:
@@ -193,7 +196,8 @@ class _Comparison:
         name = ", ".join(context.campaign.runs[0].conditions)
         together, apart = validate(context, common, self.validation), self._validate(separate)
         models = tuple(self._models(separate))
-        return ConditionDependence(name, tuple(self.conditions), fit, tuple(rows), together, apart, models)
+        by_run = {run: separate[label].model for run, label in enumerate(self.labels) if label in separate}
+        return ConditionDependence(name, tuple(self.conditions), fit, tuple(rows), together, apart, models, by_run)
 
     def _fits(self, model: Model, paths: Sequence[str], segments: Sequence[FitSegment]) -> dict[str, Fit]:
         """Fit paths of a model to the estimation runs of each condition."""

@@ -59,7 +59,7 @@ def find_run_difference(context: Context, fit: Fit) -> RunDifference | None:
         fits[run] = apart
     chosen = _best_models(context, fits)
     validation = validate_each(context, [(fits[run].model, s) for run, s in chosen])
-    return RunDifference(validation, _single_parameter(context, fit, fits, chosen, validation))
+    return RunDifference(validation, _single_parameter(context, fit, fits, chosen))
 
 
 def _fit_at_noise(context: Context, model: Model, paths: Sequence[str], segments: Sequence[FitSegment]) -> Fit | None:
@@ -89,7 +89,7 @@ def _best_models(context: Context, fits: Mapping[int, Fit]) -> list[tuple[int, S
 
 
 def _single_parameter(
-    context: Context, fit: Fit, fits: Mapping[int, Fit], chosen: Sequence[tuple[int, Segment]], validation: Validation
+    context: Context, fit: Fit, fits: Mapping[int, Fit], chosen: Sequence[tuple[int, Segment]]
 ) -> RunDependence | None:
     """Return the parameter, alone or with others in proportion, which suffices where all others are as on one run.
 
@@ -112,6 +112,7 @@ def _single_parameter(
         if len(alone) == len(fits):
             path = next(iter(ratios))
             family_wise = min(len(p_of) * max(p_of[p] for p in ratios), 1.0)  # all of the group have to differ
+            validation = validate_each(context, [(alone[run].model, s) for run, s in chosen])
             return RunDependence(path, ratios, _estimates(context, path, alone, chosen), family_wise, validation)
     return None
 

@@ -75,9 +75,11 @@ def difference_between_estimation_runs(
     is_adequate = found.validation.nrmse <= context.settings.selection.adequate_ratio * floor
     if not is_adequate and evidence.share < context.settings.run_dependence.min_run_dependence_share:
         return None
-    if found.dependence is None:
+    alone = found.dependence
+    if alone is None or not is_significant_gain(context, validation, alone.validation):
         return _unlocated_difference(fit, validation, evidence.share)
-    return _of_run_dependence(context, fit, validation, found.dependence, evidence)
+    of_parameter = evidence_of_validations(validation, alone.validation, floor)
+    return _of_run_dependence(context, fit, validation, alone, of_parameter)
 
 
 def _of_run_dependence(

@@ -90,10 +90,8 @@ def find_acting_discrepancy(
     # without effects a structure counts from the gain that an effect must have; with effects it is their remainder
     is_material = not error_to_noise <= 1.0 / (1.0 - context.campaign.min_relative_gain)
     is_structure = is_structured and (is_unexplained or (is_material and not selection.has_effects))
-    # a residual that is coherent with no motion is noise of sensors, which is independent, unless several channels
-    # share it: then it is a force, or noise of the track, which `may_be_track_noise` and its level decide
-    is_shared_or_coherent = evidence.is_shared or not evidence.is_noise
-    is_unsolved = is_structure or (is_unexplained and is_shared_or_coherent)
+    # a residual that several channels share is a force, or noise of the track, which `may_be_track_noise` decides
+    is_unsolved = is_structure or (is_unexplained and not evidence.is_noise)
     if lowers_error or is_conclusive(context, discrepancy) or is_unsolved:
         return replace(discrepancy, lowers_error=lowers_error)
     return None
@@ -156,8 +154,7 @@ def is_small_effect(context: Context, discrepancy: Discrepancy, selection: Selec
     fit = _best_refit(context, selection)
     if fit is None:
         return False
-    evidence = examine_residual(context, fit.model)
-    if not evidence.is_noise or evidence.is_shared:
+    if not examine_residual(context, fit.model).is_noise:
         return False
     return not has_structure(context.settings.score_test, run_score_test(context, fit))
 

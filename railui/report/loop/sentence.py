@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from railui import core
 from railui.campaign.corrections.correction import Correction, Corrections, yaml_line
 from railui.identification.result import LoopResult
@@ -123,6 +125,10 @@ def _without_discrepancy(result: LoopResult) -> str:
     if result.is_by_condition:
         found = f"Part of the error depends on the conditions of the runs{_conditions(result)}"
         return f"{found}. {error}; {_noise(result)}. What is left exceeds noise; its cause is unknown."
+    if diverged := result.validations["after"].diverged:
+        files = " and ".join(dict.fromkeys(file for file, _ in diverged))
+        found = f"The calibrated model diverges on {files}, so that it does not describe the vehicle there"
+        return f"{found}. {error}; {_noise(result)}."
     if freed.validation is None:
         cause = "was not looked for to the end" if result.is_out_of_time else "is unknown"
         return f"The residual exceeds noise; its cause {cause}. {error}; {_noise(result)}."
@@ -235,11 +241,13 @@ def _has_remainder(result: LoopResult) -> bool:
 
 
 def _noise(result: LoopResult) -> str:
-    return f"expected from noise alone {_short(result.noise_floor.nrmse)}"
+    floor = result.noise_floor.nrmse
+    return f"expected from noise alone {_short(floor) if np.isfinite(floor) else 'unknown'}"
 
 
 def _error(result: LoopResult, model: str) -> str:
-    return _short(result.validations[model].nrmse)
+    error = result.validations[model].nrmse
+    return _short(error) if np.isfinite(error) else "undefined"
 
 
 def _final_error(result: LoopResult) -> str:

@@ -36,9 +36,9 @@ def test_coherence_of_one_channel_with_track_or_motion_suffices(where: str):
     assert (evidence.channel, evidence.share) == ("rf", CLEAR.share)
 
 
-def test_residuals_coherent_with_each_other_alone_are_shared_noise():
+def test_residuals_coherent_with_each_other_are_shared_and_no_noise_of_the_sensors():
     evidence = summarise_coherence(SETTINGS, {"ay1": coherence(others=CLEAR), "ay2": coherence()}, has_reference=True)
-    assert evidence.is_shared and evidence.is_noise
+    assert evidence.is_shared and not evidence.is_noise
 
 
 def test_a_large_share_within_its_scatter_is_no_evidence():

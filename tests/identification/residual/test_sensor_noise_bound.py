@@ -10,6 +10,7 @@ from railui.campaign.noise.model import ESTIMATED, STATED, ColumnNoise, NoiseMod
 from railui.identification.context import Context
 from railui.identification.estimation.noise_floor import estimate_noise_floor, sensor_noise_errors
 from railui.identification.estimation.validation import Validation, validate
+from railui.identification.loop import calibrate_only
 from railui.identification.residual.sensor_noise_bound import with_noise_within_residual
 from railui.report.loop.noise import noise_notes
 from tests.blind.simulated import simulated_campaign
@@ -43,6 +44,11 @@ def test_noise_far_above_the_residual_is_lowered_to_it(residual: tuple[Context, 
     floor = estimate_noise_floor(found, context.nominal, context.dataset.selection, 2)
     assert 0.8 * validation.nrmse < floor.nrmse < 1.4 * validation.nrmse
     assert sum("upper bound" in note for note in noise_notes(found.noise)) == 2
+
+
+def test_a_calibration_alone_lowers_them_as_the_loop_does() -> None:
+    dataset = with_factor(simulated_campaign().context, 30.0, ESTIMATED, "e1", "ayf").dataset
+    assert 0.8 < calibrate_only(dataset).error_to_noise < 1.2
 
 
 @pytest.mark.parametrize(("factor", "source"), [(1.0, ESTIMATED), (1.2, ESTIMATED), (30.0, STATED)])

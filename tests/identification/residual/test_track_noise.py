@@ -164,3 +164,17 @@ def test_a_channel_with_less_error_than_such_noise_leaves_speaks_against_it(
     others = sum(e**2 for c, e in channels.items() if c not in (small, other))
     channels[other] = float(np.sqrt(rest - others))  # the same error in all
     assert level_found(context, replace(validation, channels=channels)) is None
+
+
+@pytest.mark.parametrize(("factor", "is_noise"), [(10.0, True), (100.0, False)])
+def test_without_a_stated_level_noise_of_the_track_is_at_most_a_share_of_the_alignment(
+    residual: tuple[Context, Validation], factor: float, is_noise: bool
+) -> None:
+    """A residual in the proportions of track noise, of 0.2 mm and of 2 mm on an alignment of 2.2 mm."""
+    context = with_levels(residual[0], None, 0.0)
+    assumed = track_noise._with(context, track_noise._assumed(context))
+    channels = estimate_noise_floor(assumed, context.nominal, context.dataset.selection).channels
+    errors = {c: factor * e for c, e in channels.items()}
+    validation = replace(residual[1], channels=errors, nrmse=float(np.sqrt(np.mean(np.square(list(errors.values()))))))
+    found = level_found(context, validation)
+    assert (found is not None) is is_noise

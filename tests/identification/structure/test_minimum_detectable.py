@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from railui.identification.structure.candidates import Candidate
-from railui.identification.structure.gain_forecast import PredictedGain
+from railui.identification.structure.gain_forecast import PredictedGain, _summary
 from railui.identification.structure.minimum_detectable import (
     POWER_QUANTILE,
     amount_of_gain,
@@ -131,3 +131,10 @@ def test_a_size_beyond_the_catalogue_is_not_detectable() -> None:
     kept, beyond, unknown = without_unphysical_sizes(springs, design)
     assert kept == springs[0] and unknown["value"] is None
     assert beyond["value"] is None and beyond["with"] == {}
+
+
+def test_the_scatter_of_a_gain_predicted_from_a_single_block_is_unknown():
+    one, two = np.array([[1.0, 0.1]]), np.array([[1.0, 0.1], [1.5, -0.1]])
+    assert np.isnan(_summary(one, 0.3).mean)  # no prediction
+    assert _summary(one, 1.0).scatter == 0.0  # all of the runs
+    assert _summary(two, 0.3).scatter == pytest.approx(np.sqrt(0.7 * 2 * 0.125) / 2.5)

@@ -19,6 +19,7 @@ from railui.identification.structure.candidate_scores import (
     run_score_test,
     score_test,
     scored_part,
+    structured_candidate,
 )
 from railui.identification.structure.candidates import Candidate, batch_candidates, list_candidates
 from railui.identification.structure.family_wise_test import family_wise_test
@@ -299,19 +300,32 @@ def test_a_related_law_at_the_location_of_the_best_is_always_fitted():
     assert related in fitted and far not in fitted
 
 
+def scored(rho2: float, *, is_significant: bool) -> ScoreResult:
+    """A result that explains a share, its score above or below a critical one of 4."""
+    noise = noise_results(np.random.default_rng(6), TWO_SIDED)[0]
+    scores = noise.scores + 100.0 * np.abs(noise.scores).max() if is_significant else noise.scores
+    found = replace(noise, rho=np.sqrt(rho2), scores=scores)
+    assert (abs(found.z) >= 4.0) is is_significant
+    return found
+
+
 def test_a_residual_of_which_a_candidate_explains_a_fifth_needs_no_test():
-    def result(rho2: float, p: float) -> ScoreTestResult:
-        return ScoreTestResult(
-            (), (replace(noise_results(np.random.default_rng(6), TWO_SIDED)[0], rho=np.sqrt(rho2)),), p, 4.0, 1.0
-        )
+    def result(rho2: float, *, is_significant: bool) -> ScoreTestResult:
+        return ScoreTestResult((), (scored(rho2, is_significant=is_significant),), 0.5, 4.0, 1.0)
 
     obvious, structured = SETTINGS.obvious_rho2, SETTINGS.structured_rho2
-    assert has_structure(SETTINGS, result(1.01 * obvious, 0.5)) and not has_structure(
-        SETTINGS, result(0.99 * obvious, 0.5)
-    )
-    assert has_structure(SETTINGS, result(1.01 * structured, 0.005)) and not has_structure(
-        SETTINGS, result(0.99 * structured, 0.005)
-    )
+    assert has_structure(SETTINGS, result(1.01 * obvious, is_significant=False))
+    assert not has_structure(SETTINGS, result(0.99 * obvious, is_significant=False))
+    assert has_structure(SETTINGS, result(1.01 * structured, is_significant=True))
+    assert not has_structure(SETTINGS, result(0.99 * structured, is_significant=True))
+
+
+def test_the_share_of_one_candidate_and_the_significance_of_another_are_no_structure():
+    structured = SETTINGS.structured_rho2
+    share, score = scored(2.0 * structured, is_significant=False), scored(0.5 * structured, is_significant=True)
+    assert structured_candidate(SETTINGS, ScoreTestResult((), (share, score), 0.001, 4.0, 1.0)) is None
+    second = scored(1.5 * structured, is_significant=True)
+    assert structured_candidate(SETTINGS, ScoreTestResult((), (share, second), 0.001, 4.0, 1.0)) is second
 
 
 def test_candidates_that_were_scored_on_the_whole_part_rank_before_all_others():

@@ -11,6 +11,10 @@ import pytest
 from railui.identification.estimation.validation import ErrorReduction
 from railui.identification.prediction import DivergedError
 from railui.identification.structure import stepwise
+from railui.identification.structure.refit import Refit
+from railui.identification.structure.score_result import ScoreResult
+from railui.identification.structure.score_test import ScoreTestResult
+from railui.identification.structure.stage import SelectionStep
 from railui.identification.structure.stepwise import StepwiseSelection, _Path
 from tests.blind.simulated import simulated_campaign
 
@@ -34,8 +38,12 @@ def test_the_best_refit_that_can_be_fitted_once_more_is_taken(monkeypatch, diver
     assert (None if found is None else found[0]) is (None if taken is None else refits[taken])
 
 
-def scores(rho2: float) -> SimpleNamespace:
-    return SimpleNamespace(rho2=rho2, p=0.0005)
+def scores(rho2: float, *, is_significant: bool = True) -> ScoreTestResult:
+    """A score test in which one candidate explains a share of the residual."""
+    of_blocks = 1.0 + 0.1 * (-1.0) ** np.arange(36)
+    candidate = SimpleNamespace(is_one_sided=False)
+    found = ScoreResult(candidate, 0, rho=np.sqrt(rho2), amount=1.0, scores=of_blocks, norm=1.0)  # type: ignore[arg-type]
+    return ScoreTestResult((found,), (found,), 0.0005, 4.0 if is_significant else np.inf, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -86,17 +94,25 @@ def test_runners_up_that_are_fitted_at_once_have_one_thread_each(monkeypatch, co
     one = SimpleNamespace(rss=0.5, fit=SimpleNamespace(model=None, segments=(), free=SimpleNamespace(paths=())))
     current = SimpleNamespace(normal=SimpleNamespace(rss=1.0))
     context = replace(simulated_campaign().context, jobs=4)
-    StepwiseSelection(context)._runner_up(current, None, None, count * [one], None)
+    StepwiseSelection(context)._runner_up(current, None, None, count * [one], None, ())
     assert [c.jobs for c in used] == 2 * count * [jobs]
 
 
-@pytest.mark.parametrize(("p", "standard_errors", "gains"), [(0.001, 1.5, True), (0.5, 1.5, False), (0.5, 3.5, True)])
-def test_without_a_significant_score_a_gain_must_be_clear(monkeypatch, p, standard_errors, gains):
+@pytest.mark.parametrize(
+    ("is_significant", "standard_errors", "gains"), [(True, 1.5, True), (False, 1.5, False), (False, 3.5, True)]
+)
+def test_without_a_significant_score_of_an_added_effect_a_gain_must_be_clear(
+    monkeypatch, is_significant, standard_errors, gains
+):
     monkeypatch.setattr(stepwise, "gains", lambda context, old, new: True)
     validation = SimpleNamespace(error_reduction=lambda other: ErrorReduction(0.1, 0.1 / standard_errors, 49))
     old, new = SimpleNamespace(validation=validation), SimpleNamespace(validation=None)
     selection = StepwiseSelection(simulated_campaign().context)
-    assert selection._gains(SimpleNamespace(p=p, rho2=0.4), old, new) is gains
+    test = scores(0.4, is_significant=is_significant)
+    step = SelectionStep(test, (), Refit(test.best[0].candidate, None, np.zeros((1, 1)), test.best[0]))
+    assert selection._gains([step], old, new) is gains
+    other = SelectionStep(test, (), Refit(None, None, np.zeros((1, 1))))
+    assert selection._gains([other], old, new) is (standard_errors > 3.0)
 
 
 def effects_fit(rss: float, *effects: tuple[str, str, int | None]) -> SimpleNamespace:

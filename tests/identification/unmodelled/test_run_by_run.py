@@ -21,6 +21,7 @@ from tests.truth.campaign import Campaign, campaigns
 CASES: dict[str, tuple[Mapping[str, float], ...]] = {
     "worn rails": ({}, {"lam": 1.15}, {}),
     "worn rails and a stronger damper": ({}, {"lam": 1.3, "k_y": 2.0}, {}),
+    "worn rails on two runs": ({}, {"lam": 1.15}, {"lam": 1.15}),
     "one vehicle": ({}, {}, {}),
 }
 CONICITIES = {f"contact.{w}.conicity" for w in ("leading", "trailing")}
@@ -62,6 +63,16 @@ def test_the_conicity_of_one_estimation_run_differs() -> None:
     )
     assert discrepancy is not None and (discrepancy.at, discrepancy.wheelset) == ("contact", None)
     assert discrepancy.validation is common  # of the calibrated model
+
+
+def test_the_dependence_is_validated_with_its_parameter_alone_apart() -> None:
+    """The validation run is as the shorter estimation run, of which all other parameters are those of the longer."""
+    worn = case("worn rails on two runs")
+    found = difference(worn)
+    assert found is not None and found.dependence is not None and set(found.dependence.ratios) == CONICITIES
+    alone, apart = found.dependence.validation.nrmse, found.validation.nrmse
+    assert alone != apart and alone == pytest.approx(apart, rel=0.1)
+    assert alone < 0.5 * validate(worn.context, worn.fit.model, worn.dataset.selection).nrmse
 
 
 def test_runs_that_differ_in_more_than_one_parameter_name_none() -> None:

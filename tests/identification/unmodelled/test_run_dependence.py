@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from railui.campaign.campaign import load_campaign
@@ -20,6 +21,7 @@ from railui.identification.estimation.noise_floor import estimate_noise_floor
 from railui.identification.estimation.validation import validate
 from railui.identification.loop import close_loop
 from railui.identification.result import LoopResult
+from railui.identification.unmodelled import run_dependence
 from railui.identification.unmodelled.run_dependence import RunDependence, detect_run_dependence, prepare_validation
 from railui.report.loop.data import loop_report
 from railui.report.loop.page import render_page
@@ -169,6 +171,22 @@ def test_two_validation_runs_have_separate_values():
     variation = case("a stronger and a weaker damper").run_dependence()
     assert variation is not None and variation.path == DAMPING
     assert [r.value / true_value("k_y") for r in variation.runs[1:]] == pytest.approx([1.3, 0.75], rel=0.08)
+
+
+def test_a_parameter_without_influence_on_a_run_keeps_its_value_there():
+    """On the last run the forces of the carbody are measured, in place of the secondary suspension."""
+    selected = case("a stronger and a weaker damper")
+    *others, last = selected.dataset.segments
+    forces = {name: np.zeros(last.samples) for name in ("Qy", "Qpsi")}
+    measured = replace(last, columns={**last.columns, **forces}, tables={})
+    context = replace(selected.context, dataset=replace(selected.dataset, segments=(*others, measured)))
+    validation_fit = prepare_validation(context, selected.fit)
+    assert validation_fit is not None
+    scores = run_dependence._RunScores(context, selected.fit, validation_fit)
+    misfit, estimates = scores._estimate_values(((DAMPING, 1.0),))
+    value, sd = estimates[last.run_index]
+    assert np.isfinite(misfit) and value == selected.fit.model.value(DAMPING) and np.isinf(sd)
+    assert estimates[others[-1].run_index][0] == pytest.approx(1.3 * true_value("k_y"), rel=0.08)
 
 
 @pytest.mark.parametrize(
