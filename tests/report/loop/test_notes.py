@@ -33,11 +33,12 @@ ROOT = Path(__file__).parents[3]
 
 
 def result(error_to_noise: float, p: float, **more: Any) -> LoopResult:
-    """Return a loop result whose residual has a family-wise p."""
+    """Return a loop result whose best candidate explains 0.05 of the residual, with a family-wise p."""
+    best = SimpleNamespace(admissible_rho=np.sqrt(0.05))
     fields = {
         "context": SimpleNamespace(settings=LoopSettings()),
         "error_to_noise": error_to_noise,
-        "score_test": SimpleNamespace(results=(1,), p=p, rho2=0.05),
+        "score_test": SimpleNamespace(results=(best,), best=(best,), p=p, is_significant=lambda score: p <= 0.01),
         "discrepancy": None,
         "validations": {"after": SimpleNamespace(channels={"e1": 0.05, "ayf": 0.13})},
         "noise_floor": SimpleNamespace(channels={"e1": 0.05, "ayf": 0.10}, source="both"),

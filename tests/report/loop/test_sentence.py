@@ -6,6 +6,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from railui.campaign.settings.loop_settings import LoopSettings
@@ -51,7 +52,7 @@ def result(
         "context": SimpleNamespace(settings=LoopSettings()),
         "dataset": SimpleNamespace(hum=hum or {}),
         "verdict": verdict,
-        "validations": {"before": SimpleNamespace(nrmse=0.3514), "after": SimpleNamespace(nrmse=0.0541)},
+        "validations": {"before": SimpleNamespace(nrmse=0.3514), "after": SimpleNamespace(nrmse=0.0541, diverged=())},
         "noise_floor": SimpleNamespace(nrmse=0.0533, source=source),
         "error_to_noise": ratio,
         "after": fit(*effects),
@@ -247,6 +248,17 @@ def test_a_number_that_differs_between_joints_is_named_with_both_errors() -> Non
     assert sentence(differs) == (
         "Joints or wheelsets differ in vehicle.elements.damper.lateral_damping. Validation error 0.054 with common "
         "numbers, 0.048 with separate ones; expected from noise alone 0.053."
+    )
+
+
+def test_a_calibrated_model_that_diverges_names_the_run() -> None:
+    diverges = result("outside")
+    diverges.validations = {"after": SimpleNamespace(nrmse=np.nan, diverged=(("run_b.csv", 3.2),))}  # type: ignore[misc, dict-item]
+    diverges.freed = FreedGroups()  # type: ignore[misc]
+    diverges.noise_floor = SimpleNamespace(nrmse=np.nan)  # type: ignore[misc, assignment]
+    assert sentence(diverges) == (
+        "The calibrated model diverges on run_b.csv, so that it does not describe the vehicle there. Validation error "
+        "undefined; expected from noise alone unknown."
     )
 
 
