@@ -57,14 +57,14 @@ def write_recorded_campaign(
     Raises
     ------
     FileProblems
-        For faulty files, a directory that has a campaign, a map that names no vehicle, and a recording that serves
-        estimation and validation.
+        For faulty files, a directory that has a campaign, or one of the recordings as a run, a map that names no
+        vehicle, and a recording that serves estimation and validation.
     ValueError
         If a role has no recording.
     """
-    from railui.capture.processing.campaign_files import align_runs, write_campaign
+    from railui.capture.processing.campaign_files import align_runs, run_file, run_letters, write_campaign
     from railui.capture.processing.sensor_map import load_map
-    from railui.io.problems import file_problem
+    from railui.io.problems import file_problem, refuse_overwriting
 
     directory, say = Path(out), on_progress or (lambda text: None)
     if (directory / "campaign.yaml").exists():
@@ -79,6 +79,8 @@ def write_recorded_campaign(
     _refuse_overlap(runs)
     say("comparing the tracks of the runs")
     runs, notes = align_runs(runs)
+    for letter in run_letters(len(runs)):
+        refuse_overwriting(directory / run_file(letter), [path for paths in recordings.values() for path in paths])
     say("writing the runs")
     path = write_campaign(directory, name or directory.resolve().name, Path(sensor_map.design.source), runs)
     return RecordedCampaign(path, runs, notes)

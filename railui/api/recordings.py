@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from railui.io.problems import FileProblems
+from railui.io.problems import FileProblems, refuse_overwriting
 
 if TYPE_CHECKING:
     from railui.capture.processing.measured_run import MeasuredRun
@@ -52,7 +52,7 @@ def import_recording(
     Raises
     ------
     FileProblems
-        For faulty files.
+        For faulty files, and for a file to write that is one of those that are read.
     ValueError
         For a map without a file to write, or a name of an unknown format.
     """
@@ -69,6 +69,7 @@ def import_recording(
     if out is None:
         return body
     if sensor_map is None:
+        refuse_overwriting(out, recording.sources)
         write_recording(Path(out), recording)
         return body | {"rows": recording.t.size}
     if recording.abscissa == "s":
@@ -92,6 +93,7 @@ def write_track(recording: Recording, sensor_map: SensorMap, out: Path) -> dict[
     from railui.io.atomic import check_file_writable
     from railui.track.reader import load_track, save_track
 
+    refuse_overwriting(out, [*recording.sources, sensor_map.source])
     columns = build_track_columns(recording, sensor_map)
     about = (f"measured: {recording.name}", "lateral deviation as filtered by the recording car")
     check_file_writable(out)
@@ -114,6 +116,7 @@ def write_run(recording: Recording, sensor_map: SensorMap, out: Path) -> Measure
     from railui.capture.processing.run_builder import build_measured_run
 
     check_run_file(out)
+    refuse_overwriting(out, [*recording.sources, sensor_map.source])
     run = build_measured_run(recording, sensor_map)
     save_run(out, run, (f"from {recording.name} by {sensor_map.source.name}", *run.notes))
     return run

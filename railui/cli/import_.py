@@ -108,7 +108,9 @@ def _write_draft(recording: Recording, draft: str, call: Invocation) -> None:
 def _export(recording: Recording, out: Path, call: Invocation) -> dict[str, Any]:
     """Write the same series in another format."""
     from railui.capture.formats import write_recording
+    from railui.io.problems import refuse_overwriting
 
+    refuse_overwriting(out, recording.sources)
     with usage_errors():
         write_recording(out, recording)
     call.info(f"wrote {out}: {recording.t.size} rows, {len(recording.channels)} channels")

@@ -19,6 +19,7 @@ from railui.progress import Progress
 if TYPE_CHECKING:
     from railui.io.problems import Problem
 
+OUTPUTS = ("out", "output", "series", "plot", "figure", "draw")  # parameters that name a file to write
 STATUS_INTERVAL = 10.0  # s between two status lines where stderr is not a terminal
 
 
@@ -155,6 +156,7 @@ def common_options(command: Callable[..., Any]) -> Callable[..., Any]:
     ) -> Any:
         ctx.meta["railui.verbose"] = verbose
         call = Invocation(json_to, quiet, verbose, seed, jobs)
+        _refuse_overwriting(json_to, more)
         if json_to not in (None, "-"):  # fail before the computation, not after it
             from railui.io.atomic import check_file_writable
 
@@ -165,6 +167,19 @@ def common_options(command: Callable[..., Any]) -> Callable[..., Any]:
             call.end_status_line()
 
     return wrapped
+
+
+def _refuse_overwriting(json_to: str | None, arguments: Mapping[str, Any]) -> None:
+    """Refuse a file to write that the command reads, or writes twice; raise FileProblems."""
+    from railui.io.problems import refuse_overwriting
+
+    texts: dict[str, list[str]] = {}
+    for name, value in [("json_to", json_to), *arguments.items()]:
+        values = value if isinstance(value, tuple | list) else [value]
+        texts[name] = [text for text in values if isinstance(text, str)]
+    for name in ("json_to", *OUTPUTS):
+        for out in texts.get(name, []):
+            refuse_overwriting(out, [text for other, found in texts.items() if other != name for text in found])
 
 
 def usage_error(message: str) -> click.UsageError:

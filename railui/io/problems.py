@@ -86,6 +86,19 @@ def refuse_stream(path: str | Path) -> None:
         raise file_problem(path, f"is {kind}, not a file", "write its contents to a file, and name that")
 
 
+def refuse_overwriting(out: str | Path, inputs: Iterable[str | Path]) -> None:
+    """Raise FileProblems if a file to write is one of those that are read, under whatever spelling or link."""
+    if any(_is_same_file(Path(out), Path(file)) for file in inputs):
+        raise file_problem(out, "is read, and would be overwritten", "name another file to write")
+
+
+def _is_same_file(out: Path, file: Path) -> bool:
+    try:
+        return out.is_file() and out.samefile(file)
+    except (OSError, ValueError):  # the name is no path of a file
+        return False
+
+
 class TemporaryError(RuntimeError):
     """External condition that may pass: a port, a scheduler or a directory in use."""
 

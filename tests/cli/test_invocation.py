@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from railui.cli.invocation import Invocation, RunLog, StatusLine
-from tests.cli.runner import BOGIE, document, run_ride
+from tests.cli.runner import BOGIE, document, run, run_ride
 
 
 def test_json_begins_with_the_envelope_and_fills_stdout() -> None:
@@ -52,3 +52,18 @@ def test_status_lines_are_rare_without_a_terminal_unless_verbose(capsys: pytest.
     verbose.message("one of two")
     verbose.message("two of two")
     assert capsys.readouterr().err.splitlines() == ["one of two", "two of two"]
+
+
+def test_no_output_overwrites_a_file_that_is_read(tmp_path: Path) -> None:
+    line = tmp_path / "line.csv"
+    assert run("track", "erri_b176_low", "length=300", "-o", str(line)).exit_code == 0
+    before = line.read_bytes()
+    for words in (
+        ["ride", BOGIE, "--track", str(line), "--speed", "40", "--series", str(line)],
+        ["ride", BOGIE, "--track", str(line), "--speed", "40", "--json", str(line)],
+        ["track", "--spectrum", str(line), "--json", str(line)],
+        ["check", str(line), "--json", str(line)],
+    ):
+        result = run(*words)
+        assert result.exit_code == 2 and "would be overwritten, name another file" in result.stderr, words
+        assert line.read_bytes() == before

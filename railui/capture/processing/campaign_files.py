@@ -60,7 +60,7 @@ def write_campaign(directory: Path, name: str, vehicle: Path, runs: Sequence[Cam
     directory.mkdir(parents=True, exist_ok=True)
     entries = []
     for letter, run in zip(run_letters(len(runs)), runs, strict=True):
-        file = f"run_{letter}.csv.gz"
+        file = run_file(letter)
         comments = (f"from {run.source}", *run.run.notes)
         save_run(directory / file, run.run, tuple(line.replace("\n", " ") for line in comments))
         entries.append({"file": file, "role": run.role})
@@ -81,6 +81,11 @@ def _largest_noise(runs: Sequence[CampaignRun]) -> dict[str, float]:
         for column, sd in run.run.noise.items():
             noise[column] = max(noise.get(column, 0.0), float(f"{sd:.{NOISE_DIGITS}g}"))
     return noise
+
+
+def run_file(letter: str) -> str:
+    """Return the name of the file of a run of a campaign."""
+    return f"run_{letter}.csv.gz"
 
 
 def run_letters(count: int) -> list[str]:

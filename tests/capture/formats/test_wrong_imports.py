@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from railui.api.recordings import import_recording
 from railui.capture.formats import read_recordings, write_recording
 from railui.capture.processing.recording import Recording
 from railui.cli import cli
@@ -219,3 +220,29 @@ def test_a_table_that_railui_writes_with_quotes_is_read(tmp_path: Path) -> None:
     table = read_table(tmp_path / "front.csv")
     assert table.names == ("a, b", "c") and table.rows.tolist() == [[1, 2], [3, 4]]
     assert table.cell_position(1, "c") == (3, 5)
+
+
+@pytest.mark.parametrize("name", ["run_a.csv", "run_a.csv.gz"])
+@pytest.mark.parametrize("spelling", ["same", "other", "link", "json"])
+def test_a_recording_is_not_overwritten_by_its_import(tmp_path: Path, name: str, spelling: str) -> None:
+    write_recording(tmp_path / name, Recording("a", T, {"e1": np.sin(T)}, {"e1": "m"}))
+    before = (tmp_path / name).read_bytes()
+    (tmp_path / "sub").mkdir()
+    (tmp_path / f"link_{name}").symlink_to(tmp_path / name)
+    others = {"other": tmp_path / "sub" / ".." / name, "link": tmp_path / f"link_{name}"}
+    out = str(others.get(spelling, tmp_path / name))
+    result = CliRunner().invoke(
+        cli, ["import", str(tmp_path / name), "--json" if spelling == "json" else "-o", out, "-q"]
+    )
+    assert result.exit_code == 2, result.output
+    assert "would be overwritten, name another file to write" in result.output
+    assert (tmp_path / name).read_bytes() == before
+    with pytest.raises(FileProblems, match="would be overwritten"):
+        import_recording(tmp_path / name, out=out)
+
+
+def test_a_file_of_a_recording_directory_is_not_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "run_001.csv").write_text("t [s],a [m]\n" + "".join(f"{0.01 * i:.2f},{i}\n" for i in range(50)))
+    (tmp_path / "raw.bin").write_bytes(b"")
+    result = CliRunner().invoke(cli, ["import", str(tmp_path), "-o", str(tmp_path / "run_001.csv")])
+    assert result.exit_code == 2 and "would be overwritten" in result.output
