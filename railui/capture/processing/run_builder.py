@@ -22,11 +22,13 @@ from railui.capture.processing.rail_quality import RailQuality, compare_versions
 from railui.capture.processing.recording import Recording, UniformSegment, uniform_segments
 from railui.capture.processing.sensor_map import SensorMap
 from railui.capture.processing.sensors import (
+    MIN_SPEED,
     check_channels,
     column_noise,
     distance_and_speed,
     required_channels,
     sensor_signals,
+    without_impossible_speeds,
 )
 from railui.capture.processing.track_car import convert_track_channels
 from railui.dsp.integrate import lowpass
@@ -36,7 +38,6 @@ from railui.runs.plausibility import CLIPPED_COMMENT
 from railui.runs.segments import MIN_DURATION
 
 MIN_RIG_DURATION = 0.05  # s
-MIN_SPEED = 1.0  # m/s, below which the vehicle stands
 MAX_LAG = 0.25  # m between the reconstructions of both wheelsets
 MIN_CORRELATION = 0.5  # between the reconstructions of both wheelsets
 MAX_GYRO_FREQUENCY = 40.0  # Hz, above which the derivative of a gyro is noise
@@ -96,8 +97,9 @@ def build_measured_run(recording: Recording, sensor_map: SensorMap) -> MeasuredR
     sensors = sensor_map.sensors
     raw = frozenset(n for n in ACCELERATIONS if n in sensors and sensors[n].gravity == "raw")
     _require_vehicle(sensor_map, raw)
+    recording, speed_notes = without_impossible_speeds(sensor_map, recording)
     standstill, notes = standstill_checks(sensor_map, recording)
-    notes += [*recording.notes, *time_base_notes(recording)]
+    notes += [*recording.notes, *speed_notes, *time_base_notes(recording)]
     segments, counts = uniform_segments(recording, names, MIN_DURATION)
     clipped = find_clipped(recording, sensor_map)
     notes += [CLIPPED_COMMENT + text for text in clipped.values()]

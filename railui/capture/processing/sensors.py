@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,12 +13,13 @@ from railui.capture.processing.recording import Recording, UniformSegment
 from railui.capture.processing.sensor_map import Sensor, SensorMap
 from railui.dsp.integrate import compensate_delay, lowpass
 from railui.io.problems import Findings, suggest_name
-from railui.io.units import UnitError, convert
+from railui.io.units import MAX_SPEED, UnitError, convert
 from railui.io.yaml_document import load_yaml
 from railui.runs.columns import RIG_COLUMNS
 
 COUNTER_PERIODS = (1 << 8, 1 << 16, 1 << 32)  # at which counters of pulses wrap
 SPEED_CORNER = 1.0  # Hz, above which the speed of a train does not change
+MIN_SPEED = 1.0  # m/s, below which the vehicle stands; at a standstill a sensor may read as much below 0
 SPEED_NAMES = ("v", "speed", "Speed", "velocity")
 
 
@@ -100,6 +102,28 @@ def _speed_channel(sensor_map: SensorMap, recording: Recording) -> str | None:
     return next((name for name in SPEED_NAMES if name in recording.channels), None)
 
 
+def without_impossible_speeds(sensor_map: SensorMap, recording: Recording) -> tuple[Recording, list[str]]:
+    """Return a recording with gaps where its speed is none of a train, before any filter, and a note on them."""
+    name = _speed_channel(sensor_map, recording)
+    if name is None:
+        return recording, []
+    v = recording.channels[name] * _speed_factor(sensor_map, recording, name)
+    is_impossible = (v < -MIN_SPEED) | (v > MAX_SPEED)
+    if not is_impossible.any():
+        return recording, []
+    low, high = (float(limit(v[is_impossible])) for limit in (np.min, np.max))
+    values = f"{low:.6g} m/s" if low == high else f"{low:.6g} to {high:.6g} m/s"
+    count = np.count_nonzero(is_impossible)
+    note = f"{name}: {count} rows of {values} are gaps: a speed is from 0 to {MAX_SPEED:g} m/s"
+    x = np.where(is_impossible, np.nan, recording.channels[name])
+    return replace(recording, channels={**recording.channels, name: x}), [note]
+
+
+def _speed_factor(sensor_map: SensorMap, recording: Recording, name: str) -> float:
+    """Return the factor of the channel of the speed to m/s; raise UnitError for another unit."""
+    return convert(1.0, sensor_map.speed.unit or recording.units.get(name) or "m/s", "m/s")
+
+
 def distance_and_speed(
     sensor_map: SensorMap, recording: Recording, segment: UniformSegment, start: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
@@ -110,8 +134,7 @@ def distance_and_speed(
         return motion_from_pulses(segment.channels[speed.pulses], segment.dt, metres_per_pulse, start)
     name = _speed_channel(sensor_map, recording)
     if name is not None:
-        unit = speed.unit or recording.units.get(name)
-        v = segment.channels[name] * convert(1.0, unit or "m/s", "m/s")
+        v = segment.channels[name] * _speed_factor(sensor_map, recording, name)
         v = lowpass(v, segment.dt, SPEED_CORNER)
     else:
         v = np.full(len(segment), speed.constant or 0.0)

@@ -120,3 +120,15 @@ def test_a_wrong_sign_is_named_as_a_wrong_sign(tmp_path: Path) -> None:
     run = build_with(tmp_path, {"ay2": -sensor_readings(simulated_motion())["ay2"]})
     assert any("check the signs and axes" in note for note in run.notes)
     assert not any("clipped" in note for note in run.notes)
+
+
+@pytest.mark.parametrize("glitch", [655.35, -9999.0])
+def test_a_glitch_of_the_speed_is_a_gap_and_is_not_smoothed_into_the_rows_around(tmp_path: Path, glitch: float) -> None:
+    t = np.arange(8000) / 200.0
+    v = np.where((t >= 15) & (t < 15.05), glitch, 40.0)
+    recording = Recording("a", t, {"v": v, "yw": 1e-3 * np.sin(t)}, {"v": "m/s", "yw": "m"})
+    run = build_measured_run(recording, load_map(write_map(tmp_path, "sensors: {yw: {channel: yw}}\n")))
+    assert np.allclose(run.columns["v"], 40.0, rtol=0, atol=1e-9) and run.columns["t"].size == 7990
+    assert np.allclose(run.columns["s"], 40 * run.columns["t"], rtol=0, atol=0.3)  # an interval at each end of the gap
+    note = f"v: 10 rows of {glitch:g} m/s are gaps: a speed is from 0 to 170 m/s"
+    assert [n for n in run.notes if n.startswith("v:")] == [note]
