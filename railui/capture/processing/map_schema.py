@@ -53,6 +53,7 @@ QUANTITIES: dict[str, Quantity] = {
 }  # fmt: skip
 TRACK_QUANTITIES = ("yw", "alignment_right", "alignment_left", "phiw", "cross_level", "gauge")
 SENSOR_AXES = {"lateral": "y", "yaw": "z", "roll": "x"}  # of an accelerometer or displacement, a yaw rate, a roll rate
+MAX_DELAY = 1.0  # s, of a sensor and its filter; a longer one is an error of clocks
 ACCELERATIONS = ("ay1", "ay2", "ayf")
 
 
@@ -82,7 +83,7 @@ class SensorModel(Group):
     sign: Annotated[float, quantity_reader("1", -1.0, maximum=1.0)] = 1.0
     scale: Annotated[float, quantity_reader("1")] = 1.0
     offset: Annotated[Any, ANY_QUANTITY] = 0.0
-    delay: Annotated[float, quantity_reader("s")] = 0.0
+    delay: Annotated[float, quantity_reader("s", -MAX_DELAY, maximum=MAX_DELAY)] = 0.0
     position: Annotated[tuple[Coordinate, Coordinate, Coordinate], ValueReader(lambda value: value)] = (0.0, 0.0, 0.0)
     gravity: Annotated[str, choice_reader(("raw", "removed"))] = "raw"
     noise: Annotated[Any, ANY_QUANTITY] | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,22 +22,26 @@ from railui.capture.processing.rail_quality import RailQuality, compare_versions
 from railui.capture.processing.recording import Recording, UniformSegment, uniform_segments
 from railui.capture.processing.sensor_map import SensorMap
 from railui.capture.processing.sensors import (
+    COUNTER_PERIODS,
     MIN_SPEED,
     check_channels,
     column_noise,
     distance_and_speed,
     required_channels,
     sensor_signals,
+    unit_notes,
+    unmeasured_rows,
     without_impossible_speeds,
 )
 from railui.capture.processing.track_car import convert_track_channels
 from railui.dsp.integrate import lowpass
-from railui.io.problems import FileProblems, file_problem
+from railui.io.problems import FileProblems, file_problem, join_names
 from railui.runs.columns import COLUMNS, RIG_COLUMNS
 from railui.runs.plausibility import CLIPPED_COMMENT
 from railui.runs.segments import MIN_DURATION
 
 MIN_RIG_DURATION = 0.05  # s
+STANDSTILL = "at a standstill are ignored"  # end of a note
 MAX_LAG = 0.25  # m between the reconstructions of both wheelsets
 MIN_CORRELATION = 0.5  # between the reconstructions of both wheelsets
 MAX_GYRO_FREQUENCY = 40.0  # Hz, above which the derivative of a gyro is noise
@@ -99,7 +103,7 @@ def build_measured_run(recording: Recording, sensor_map: SensorMap) -> MeasuredR
     _require_vehicle(sensor_map, raw)
     recording, speed_notes = without_impossible_speeds(sensor_map, recording)
     standstill, notes = standstill_checks(sensor_map, recording)
-    notes += [*recording.notes, *speed_notes, *time_base_notes(recording)]
+    notes += [*recording.notes, *unit_notes(sensor_map, recording), *speed_notes, *time_base_notes(recording)]
     segments, counts = uniform_segments(recording, names, MIN_DURATION)
     clipped = find_clipped(recording, sensor_map)
     notes += [CLIPPED_COMMENT + text for text in clipped.values()]
@@ -107,7 +111,9 @@ def build_measured_run(recording: Recording, sensor_map: SensorMap) -> MeasuredR
     for moving in _moving_segments(builder, segments):
         _add_segment(builder, moving)
     if not builder.columns:
-        raise _too_short(recording, counts)
+        standing = [f"{note}: v < {MIN_SPEED:g} m/s" for note in builder.notes if note.endswith(STANDSTILL)]
+        causes = [*speed_notes, *_empty_channels(recording, names), *_falling_counter(sensor_map, recording), *standing]
+        raise _too_short(recording, counts, causes)
     columns = _concatenate(builder.columns)
     quality, natural = _compare_wheelsets(builder)
     return MeasuredRun(
@@ -136,11 +142,37 @@ def _require_vehicle(sensor_map: SensorMap, raw: frozenset[str]) -> None:
     raise file_problem(sensor_map.source, f"is missing: {purpose} depends on it", remedy, "vehicle", position=(1, 1))
 
 
-def _too_short(recording: Recording, counts: Mapping[str, int]) -> FileProblems:
+def _too_short(
+    recording: Recording, counts: Mapping[str, int], causes: Sequence[str], duration: float = MIN_DURATION
+) -> FileProblems:
+    """Return the error of a recording without a segment of a duration [s], with its causes."""
     summary = f"{counts['rows']} rows, {counts['gaps']} gaps, {counts['short']} short segments"
-    message = f"no segment is long enough ({summary}): {MIN_DURATION:g} s, and the settling time of the filter"
+    settling = ", and the settling time of the filter" if duration == MIN_DURATION else ""
+    message = f"no segment is long enough ({summary}): {duration:g} s{settling}"
+    message += "".join(f"; {cause}" for cause in dict.fromkeys(causes))
     source = str(recording.sources[0]) if recording.sources else recording.name
     return file_problem(source, message, "record longer without a gap, or map fewer channels")
+
+
+def _empty_channels(recording: Recording, names: Sequence[str]) -> list[str]:
+    """Return a sentence on the channels without a value, else on the one that lacks most."""
+    missing = {name: int(np.count_nonzero(~np.isfinite(recording.channels[name]))) for name in names}
+    empty = [name for name, count in missing.items() if count == recording.t.size]
+    if empty:
+        return [f"no row has a value of {join_names(empty)}"]
+    worst = max(missing, key=lambda name: missing[name], default="")
+    return [f"{missing[worst]} rows have no value of {worst}"] if missing.get(worst) else []
+
+
+def _falling_counter(sensor_map: SensorMap, recording: Recording) -> list[str]:
+    """Return a sentence on a counter of pulses that falls, at its first fall."""
+    name = sensor_map.speed.pulses
+    if name is None:
+        return []
+    count = recording.channels[name][np.isfinite(recording.channels[name])]
+    first = np.flatnonzero(np.diff(count) < 0)[:1]
+    wraps = ", ".join(map(str, COUNTER_PERIODS))
+    return [f"the counter {name} falls from {count[k]:g} to {count[k + 1]:g}, it may wrap at {wraps}" for k in first]
 
 
 def _noise(
@@ -177,7 +209,7 @@ def _moving_parts(builder: _RunBuilder, segment: UniformSegment, s: FloatArray, 
     is_standing = np.concatenate(([True], v < MIN_SPEED, [True]))
     standing_time = float(np.count_nonzero(is_standing[1:-1]) * segment.dt)
     if standing_time:
-        builder.notes.append(f"{standing_time:.0f} s at a standstill are ignored")
+        builder.notes.append(f"{standing_time:.0f} s {STANDSTILL}")
     for a, b in np.flatnonzero(np.diff(is_standing.astype(int))).reshape(-1, 2):
         if (b - a) * segment.dt < MIN_DURATION:
             builder.counts["short"] += 1
@@ -196,11 +228,17 @@ def _add_segment(builder: _RunBuilder, moving: _Moving) -> None:
     convert_track_channels(signals, sensor_map)
     base = {"t": segment.t * builder.time_scale, "s": moving.s, "v": moving.v}
     geometry = sensor_map.geometry
+    first, last = unmeasured_rows(sensor_map, segment.dt)
+    if (first or last) and (len(segment) - first - last) * segment.dt < MIN_DURATION:
+        builder.counts["short"] += 1
+        return
+    builder.notes += _delay_notes(first, last)
     if geometry is None:
-        builder.columns.append(base | {n: x for n, x in signals.items() if n in COLUMNS})
+        rows = slice(first, len(segment) - last)
+        builder.columns.append({n: x[rows] for n, x in (base | signals).items() if n in COLUMNS})
         return
     settling_time = 2 / natural_frequency(sensor_map.rails, float(moving.v.mean()))
-    if len(segment) * segment.dt < MIN_DURATION + settling_time and "yw" not in signals:
+    if (len(segment) - first - last) * segment.dt < MIN_DURATION + settling_time and "yw" not in signals:
         builder.counts["short"] += 1
         return
     try:
@@ -208,13 +246,19 @@ def _add_segment(builder: _RunBuilder, moving: _Moving) -> None:
     except ValueError as error:
         remedy = "map a sensor that measures it"
         raise file_problem(sensor_map.source, str(error), remedy, "sensors", position=(1, 1)) from None
-    rows = slice(track.settling_samples, len(segment) - track.settling_samples)
+    rows = slice(first + track.settling_samples, len(segment) - last - track.settling_samples)
     if builder.raw and track.has_roll:
         raw = ", ".join(sorted(builder.raw))
         builder.notes.append(f"gravity through roll is taken out of {raw} (gravity: raw in the map)")
     builder.notes += track.notes
     builder.track_parts.append(_TrackPart(track, rows, moving.s))
     builder.columns.append({n: x[rows] for n, x in (base | dict(track.columns)).items()})
+
+
+def _delay_notes(first: int, last: int) -> list[str]:
+    """Return a note on the rows at the ends of a segment that the delays leave without a value."""
+    ends = [f"the {place} {count}" for place, count in (("first", first), ("last", last)) if count]
+    return [f"{' and '.join(ends)} rows of each segment are left out: a delay leaves them no value"] if ends else []
 
 
 def _move_to_centre(signals: dict[str, FloatArray], sensor_map: SensorMap, dt: float, notes: list[str]) -> None:
@@ -277,8 +321,15 @@ def _build_rig_run(recording: Recording, sensor_map: SensorMap, names: tuple[str
     """Build the run of a test rig: the mapped channels in their own units; gaps remain."""
     segments, counts = uniform_segments(recording, names, MIN_RIG_DURATION)
     if not segments:
-        raise _too_short(recording, counts)
-    columns = _concatenate([{"t": s.t, **sensor_signals(sensor_map, recording, s)} for s in segments])
+        raise _too_short(recording, counts, _empty_channels(recording, names), MIN_RIG_DURATION)
+    parts = []
+    for segment in segments:
+        first, last = unmeasured_rows(sensor_map, segment.dt)
+        signals = {"t": segment.t, **sensor_signals(sensor_map, recording, segment)}
+        parts.append({name: x[first : max(len(segment) - last, first)] for name, x in signals.items()})
+    columns = _concatenate(parts)
+    if not columns["t"].size:
+        raise _too_short(recording, counts, _delay_notes(first, last), MIN_RIG_DURATION)
     units = {"t": "s"}
     for name in set(columns) - {"t"}:
         sensor = sensor_map.sensors[name]
@@ -291,5 +342,10 @@ def _build_rig_run(recording: Recording, sensor_map: SensorMap, names: tuple[str
         counts=counts,
         natural_frequency=None,
         standstill={},
-        notes=(*recording.notes, *(CLIPPED_COMMENT + x for x in find_clipped(recording, sensor_map).values())),
+        notes=(
+            *recording.notes,
+            *unit_notes(sensor_map, recording),
+            *_delay_notes(first, last),
+            *(CLIPPED_COMMENT + x for x in find_clipped(recording, sensor_map).values()),
+        ),
     )

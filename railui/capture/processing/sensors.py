@@ -15,10 +15,12 @@ from railui.dsp.integrate import compensate_delay, lowpass
 from railui.io.problems import Findings, suggest_name
 from railui.io.units import MAX_SPEED, UnitError, convert
 from railui.io.yaml_document import load_yaml
+from railui.io.yaml_writer import scalar_text
 from railui.runs.columns import RIG_COLUMNS
 
 COUNTER_PERIODS = (1 << 8, 1 << 16, 1 << 32)  # at which counters of pulses wrap
 SPEED_CORNER = 1.0  # Hz, above which the speed of a train does not change
+MAX_HELD_TIME = 0.05  # s for which a delayed signal holds its last value at the end of a segment
 MIN_SPEED = 1.0  # m/s, below which the vehicle stands; at a standstill a sensor may read as much below 0
 SPEED_NAMES = ("v", "speed", "Speed", "velocity")
 
@@ -32,20 +34,33 @@ def check_channels(sensor_map: SensorMap, recording: Recording) -> None:
     for key in ("channel", "distance", "pulses"):
         name = getattr(sensor_map.speed, key)
         if name is not None and name not in recording.channels:
-            hint = suggest_name(name, list(recording.channels))
-            findings.add(f"speed.{key}", f"{recording.name} has no channel {name!r}", hint)
+            findings.add(f"speed.{key}", *_missing_channel(recording, name))
     if _lacks_speed(sensor_map, recording):
         findings.add(
             "speed", "the speed is not given", "add `speed: {channel: NAME}`, {pulses: ...} or {constant: ...}"
         )
+    _check_speed_unit(sensor_map, recording, findings)
     findings.raise_errors()
+
+
+def _check_speed_unit(sensor_map: SensorMap, recording: Recording, findings: Findings) -> None:
+    """Report a channel of the speed without a unit, or with one of another quantity."""
+    name = _speed_channel(sensor_map, recording) or ""
+    if name not in recording.channels or not _is_vehicle_run(sensor_map, recording):
+        return
+    try:
+        if not (sensor_map.speed.unit or recording.units.get(name)):
+            remedy = f"write `speed: {{channel: {scalar_text(name)}, unit: m/s}}`, or the actual one"
+            raise UnitError("has no unit", remedy)
+        _speed_factor(sensor_map, recording, name)
+    except UnitError as error:
+        findings.add("speed.channel", f"{name}: {error.message}", error.remedy)
 
 
 def _check_channel(sensor: Sensor, channel: str, recording: Recording, findings: Findings) -> None:
     key = f"sensors.{sensor.quantity}.channel"
     if channel not in recording.channels:
-        hint = suggest_name(channel, list(recording.channels))
-        findings.add(key, f"{recording.name} has no channel {channel!r}", hint)
+        findings.add(key, *_missing_channel(recording, channel))
         return
     try:
         unit_factor(sensor, recording.units.get(channel))
@@ -54,11 +69,22 @@ def _check_channel(sensor: Sensor, channel: str, recording: Recording, findings:
         findings.add(key, f"{channel}: {error.message}", error.remedy)
 
 
+def _missing_channel(recording: Recording, name: str) -> tuple[str, str]:
+    """Return message and remedy for a channel that a recording lacks; the message has the reason where it has one."""
+    starts = tuple(f"{name} {verb} " for verb in ("has", "holds", "is"))
+    reason = next((f": {note}" for note in recording.notes if note.startswith(starts)), "")
+    return f"{recording.name} has no channel {name!r}{reason}", suggest_name(name, list(recording.channels))
+
+
 def _lacks_speed(sensor_map: SensorMap, recording: Recording) -> bool:
-    is_vehicle_run = recording.abscissa == "t" and not set(sensor_map.sensors) & set(RIG_COLUMNS)
     speed = sensor_map.speed
     is_given = speed.constant is not None or speed.pulses is not None
-    return is_vehicle_run and not is_given and _speed_channel(sensor_map, recording) is None
+    is_missing = not is_given and _speed_channel(sensor_map, recording) is None
+    return is_missing and _is_vehicle_run(sensor_map, recording)
+
+
+def _is_vehicle_run(sensor_map: SensorMap, recording: Recording) -> bool:
+    return recording.abscissa == "t" and not set(sensor_map.sensors) & set(RIG_COLUMNS)
 
 
 def unit_factor(sensor: Sensor, unit: str | None) -> float:
@@ -93,6 +119,37 @@ def sensor_signals(sensor_map: SensorMap, recording: Recording, segment: Uniform
         mean = sensor.factor * np.asarray(np.mean(values, axis=0))
         signals[sensor.quantity] = compensate_delay(mean, segment.dt, sensor.delay)
     return signals
+
+
+def unmeasured_rows(sensor_map: SensorMap, dt: float) -> tuple[int, int]:
+    """Return the rows at the start and the end of a segment without a value of every sensor, because of the delays.
+
+    A few rows that hold a value for up to MAX_HELD_TIME are kept.
+    """
+    delays = [sensor.delay for sensor in sensor_map.sensors.values()]
+    first, last = max(0.0, -min(delays, default=0.0)), max(0.0, max(delays, default=0.0))
+    start, end = (int(np.ceil(held / dt)) if held > MAX_HELD_TIME else 0 for held in (first, last))
+    return start, end
+
+
+def unit_notes(sensor_map: SensorMap, recording: Recording) -> list[str]:
+    """Return a note on every channel of which the map states another unit than the file."""
+    speed = _speed_channel(sensor_map, recording)
+    stated = [(channel, sensor.unit) for sensor in sensor_map.sensors.values() for channel in sensor.channels]
+    stated += [(speed, sensor_map.speed.unit)] if speed is not None else []
+    pairs = [(channel, unit, recording.units.get(channel)) for channel, unit in stated]
+    return [
+        f"{channel}: the unit {unit} of the map is used instead of {other}, which the file states"
+        for channel, unit, other in pairs
+        if unit and other and not _is_same_unit(unit, other)
+    ]
+
+
+def _is_same_unit(unit: str, other: str) -> bool:
+    try:
+        return convert(1.0, unit, other) == 1.0
+    except UnitError:
+        return unit == other
 
 
 def _speed_channel(sensor_map: SensorMap, recording: Recording) -> str | None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from railui.arrays import FloatArray
 from railui.capture.formats import write_recording
 from railui.capture.processing.measured_run import MeasuredRun, save_run
 from railui.capture.processing.recording import Recording
@@ -18,8 +19,13 @@ from railui.cli import cli
 from railui.cli.import_ import show_imported_run
 from railui.cli.invocation import Invocation
 from railui.documents.check import check
+from railui.io.problems import FileProblems
 from railui.runs.run import load_run
 from tests.capture.simulated_runs import SERIES, UNITS, T, sensor_readings, simulated_motion, write_map
+
+T4 = np.arange(4000) / 200.0  # s
+
+T4 = np.arange(4000) / 200.0  # s
 
 
 def test_gravity_on_a_lateral_axis_gives_a_note(tmp_path: Path) -> None:
@@ -132,3 +138,65 @@ def test_a_glitch_of_the_speed_is_a_gap_and_is_not_smoothed_into_the_rows_around
     assert np.allclose(run.columns["s"], 40 * run.columns["t"], rtol=0, atol=0.3)  # an interval at each end of the gap
     note = f"v: 10 rows of {glitch:g} m/s are gaps: a speed is from 0 to 170 m/s"
     assert [n for n in run.notes if n.startswith("v:")] == [note]
+
+
+def test_a_unit_of_the_map_that_contradicts_the_file_gives_a_note(tmp_path: Path) -> None:
+    t = T4
+    recording = Recording(
+        "a", t, {"v": 40 + 0 * t, "yw": np.sin(t), "e1": np.cos(t)}, {"v": "m/s", "yw": "m", "e1": "m"}
+    )
+    text = "speed: {channel: v, unit: m/s}\nsensors: {yw: {channel: yw, unit: mm}, e1: {channel: e1, unit: m}}\n"
+    run = build_measured_run(recording, load_map(write_map(tmp_path, text)))
+    notes = [note for note in run.notes if "the unit" in note]
+    assert notes == ["yw: the unit mm of the map is used instead of m, which the file states"]
+    assert np.allclose(run.columns["yw"], 1e-3 * np.sin(T4))
+
+
+def test_a_speed_without_a_unit_is_refused_as_that_of_a_sensor(tmp_path: Path) -> None:
+    t = T4
+    recording = Recording("a", t, {"v": 144 + 0 * t, "yw": 1e-3 * np.sin(t)}, {"v": None, "yw": "m"})
+    for speed in ("", "speed: {channel: v}\n"):
+        sensor_map = load_map(write_map(tmp_path, f"{speed}sensors: {{yw: {{channel: yw}}}}\n"))
+        with pytest.raises(FileProblems, match=r"v: has no unit, write `speed: \{channel: v, unit: m/s\}`"):
+            build_measured_run(recording, sensor_map)
+    text = "speed: {channel: v, unit: km/h}\nsensors: {yw: {channel: yw}}\n"
+    assert build_measured_run(recording, load_map(write_map(tmp_path, text))).columns["v"][0] == pytest.approx(40)
+
+
+@pytest.mark.parametrize(("delay", "kept"), [(0.5, slice(0, 3900)), (-0.5, slice(100, 4000)), (0.012, slice(0, 4000))])
+def test_rows_that_a_delay_leaves_without_a_value_are_left_out(tmp_path: Path, delay: float, kept: slice) -> None:
+    t = T4
+    channels = {"v": 40 + 0 * t, "yw": 1e-3 * np.sin(t), "e1": 1e-3 * np.sin(3 * (t - delay))}
+    recording = Recording("a", t, channels, {"v": "m/s", "yw": "m", "e1": "m"})
+    text = f"sensors: {{yw: {{channel: yw}}, e1: {{channel: e1, delay: {delay} s}}}}\n"
+    run = build_measured_run(recording, load_map(write_map(tmp_path, text)))
+    assert np.allclose(run.columns["t"], t[kept])
+    assert np.allclose(run.columns["e1"][:-3], 1e-3 * np.sin(3 * t[kept])[:-3], atol=1e-7)
+    assert any("a delay leaves them no value" in note for note in run.notes) == (abs(delay) > 0.05)
+
+
+@pytest.mark.parametrize("delay", ["5 s", "1 h", "-2 s", "1e9"])
+def test_a_delay_that_no_sensor_has_is_refused(tmp_path: Path, delay: str) -> None:
+    with pytest.raises(FileProblems, match=r"sensors\.e1\.delay: .* give at (most|least) -?1 s"):
+        load_map(write_map(tmp_path, f"sensors: {{e1: {{channel: e1, delay: {delay}}}}}\n"))
+
+
+@pytest.mark.parametrize(
+    ("columns", "speed", "said"),
+    [
+        ({"v": -40.0}, "{channel: v}", "v: 4000 rows of -40 m/s are gaps"),
+        ({"v": 0.0}, "{channel: v}", "20 s at a standstill are ignored: v < 1 m/s"),
+        ({"v": np.nan}, "{channel: v}", "no row has a value of v"),
+        ({"yw": np.nan}, "{channel: v}", "no row has a value of yw"),
+        ({"n": np.floor(800 * T4) % 4096}, "{pulses: n, per_turn: 60, radius: 0.46 m}", "the counter n falls from 409"),
+    ],
+)
+def test_a_recording_without_a_segment_names_the_channel_and_the_cause(
+    tmp_path: Path, columns: dict[str, FloatArray | float], speed: str, said: str
+) -> None:
+    channels = {"v": 40 + 0 * T4, "yw": 1e-3 * np.sin(T4)} | {name: x + 0 * T4 for name, x in columns.items()}
+    recording = Recording("a", T4, channels, {"v": "m/s", "yw": "m"})
+    text = f"speed: {speed}\nsensors: {{yw: {{channel: yw, unit: m}}}}\n"
+    with pytest.raises(FileProblems, match="no segment is long enough") as caught:
+        build_measured_run(recording, load_map(write_map(tmp_path, text)))
+    assert said in str(caught.value)
