@@ -28,7 +28,10 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
         rate = rate or _attribute(file, RATE_ATTRIBUTES, float)
 
         def visit(name: str, item: Any) -> None:
-            if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "fiu":
+            if not isinstance(item, h5py.Dataset):
+                return
+            if item.dtype.kind not in "fiu":
+                notes.append(f"{name} holds no real numbers ({item.dtype}): left out")
                 return
             check_size(path, name, item.size)
             values = np.squeeze(np.asarray(item[()], dtype=np.float64))
@@ -36,6 +39,8 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
                 columns[name], units[name] = values, _attribute(item, UNIT_ATTRIBUTES, str)
                 own = _attribute(item, RATE_ATTRIBUTES, float)
                 rates.update({name: own} if own else {})
+            elif values.ndim == 1 or item.ndim == 1:
+                notes.append(f"{name} has {values.size} values: left out")
             elif values.ndim > 1:
                 notes.append(f"{name} is an array of {' x '.join(map(str, values.shape))}: left out")
 

@@ -31,11 +31,15 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     notes = []
     for name, x in variables.items():
         shape = getattr(x, "shape", ())
-        if name.startswith("__") or not shape or getattr(x, "dtype", np.dtype(object)).kind not in "fiu":
+        if name.startswith("__") or not shape:
             continue
-        if len(shape) == 1 and shape[0] > 3:
+        if x.dtype.kind not in "fiu":
+            notes.append(f"{name} holds no real numbers ({x.dtype}): left out")
+        elif len(shape) == 1 and shape[0] > 3:
             columns[name] = np.asarray(x, dtype=np.float64)
-        elif len(shape) > 1:
+        elif len(shape) == 1:
+            notes.append(f"{name} has {shape[0]} values: left out")
+        else:
             notes.append(f"{name} is an array of {' x '.join(map(str, shape))}: left out")
     unit_struct = variables.get("units")
     units = {name: str(getattr(unit_struct, name)) if hasattr(unit_struct, name) else None for name in columns}

@@ -38,6 +38,10 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
                 if invalid_count:
                     notes.append(f"{signal.name}: {invalid_count} samples marked invalid by the recorder are gaps")
                 series.append(Series(signal.name, signal.unit or None, stamps, valid, is_discrete(values)))
+            elif values.ndim == 1 and values.dtype.kind in "fiub":
+                notes.append(f"{signal.name} has {values.size} values: left out")
+            else:
+                notes.append(f"{signal.name} holds no real numbers ({values.dtype}): left out")
     return [merge_series(path, series, notes)]
 
 

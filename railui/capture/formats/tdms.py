@@ -23,12 +23,17 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     waveforms: list[tuple[Any, str, np.ndarray]] = []
     columns: dict[str, FloatArray] = {}
     units: dict[str, str | None] = {}
+    notes: list[str] = []
     with TdmsFile.open(path) as file:
         groups = [group for group in file.groups() if group.channels()]
         for channel in (channel for group in groups for channel in group.channels()):
             name = channel.name if len(groups) == 1 else f"{channel.group_name}/{channel.name}"
             check_size(path, name, len(channel))
-            if len(channel) < 4 or channel.dtype.kind not in "fiubM":
+            if len(channel) < 4:
+                notes.append(f"{name} has {len(channel)} values: left out")
+                continue
+            if channel.dtype.kind not in "fiubM":
+                notes.append(f"{name} holds no real numbers ({channel.dtype}): left out")
                 continue
             values = np.asarray(channel[:])
             units[name] = _unit(channel) if values.dtype.kind != "M" else "s"
@@ -38,9 +43,11 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
                 columns[name] = _as_numbers(values)
     vectors = Vectors(path, columns, units, clock, rate)
     if not waveforms:
-        return [vectors.recording()]
-    others, notes = vectors.series()
-    return [merge_series(path, [*_series_of(waveforms, units), *others], notes)]
+        recording = vectors.recording()
+        recording.notes.extend(notes)
+        return [recording]
+    others, remarks = vectors.series()
+    return [merge_series(path, [*_series_of(waveforms, units), *others], [*notes, *remarks])]
 
 
 def _unit(channel: Any) -> str | None:

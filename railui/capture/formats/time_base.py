@@ -80,7 +80,8 @@ def merge_series(path: Path, series: Sequence[Series], notes: Sequence[str] = ()
         If there are no series, or time stamps are repeated or out of order.
     """
     if not series:
-        raise file_problem(path, "holds no series against time", "export time histories")
+        reason = f": {notes[0]}" if notes else ""
+        raise file_problem(path, f"holds no series against time{reason}", "export time histories")
     for item in series:
         check_order(path, item.name, item.t)
     grid = max(series, key=lambda x: x.t.size)

@@ -246,3 +246,25 @@ def test_a_file_of_a_recording_directory_is_not_overwritten(tmp_path: Path) -> N
     (tmp_path / "raw.bin").write_bytes(b"")
     result = CliRunner().invoke(cli, ["import", str(tmp_path), "-o", str(tmp_path / "run_001.csv")])
     assert result.exit_code == 2 and "would be overwritten" in result.output
+
+
+def test_a_channel_that_was_left_out_is_named_with_the_reason(tmp_path: Path) -> None:
+    import h5py
+
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["t"], file["v"] = T, 40 + 0 * T
+        file["e1"], file["e2"], file["d1"], file["ayf"] = np.ones((3000, 2)), T + 1j, np.ones(77), ["a"] * 3000
+    (tmp_path / "map.yaml").write_text(
+        "speed: {channel: v, unit: m/s}\n"
+        "sensors: {e1: {channel: e1}, e2: {channel: e2}, d1: {channel: d1}, ayf: {channel: ayf}}\n"
+    )
+    words = ["import", str(tmp_path / "a.h5"), "--map", str(tmp_path / "map.yaml"), "-o", str(tmp_path / "x.csv")]
+    result = CliRunner().invoke(cli, words)
+    assert result.exit_code == 2
+    for name, reason in {
+        "e1": "is an array of 3000 x 2",
+        "e2": "holds no real numbers (complex128)",
+        "d1": "has 77 values and no time of this length",
+        "ayf": "holds no real numbers (object)",
+    }.items():
+        assert f"a.h5 has no channel '{name}': {name} {reason}: left out" in result.output
