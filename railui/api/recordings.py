@@ -88,7 +88,8 @@ def channel_rows(recording: Recording) -> list[dict[str, Any]]:
 
 
 def write_track(recording: Recording, sensor_map: SensorMap, out: Path) -> dict[str, Any]:
-    """Write the track of a recording car; return its columns and rows; FileProblems if it is no usable track."""
+    """Write the track of a recording car; return its columns, rows and notes; FileProblems if it is not usable."""
+    from railui.capture.processing.sensors import unit_notes
     from railui.capture.processing.track_car import build_track_columns
     from railui.io.atomic import check_file_writable
     from railui.track.reader import load_track, save_track
@@ -107,7 +108,8 @@ def write_track(recording: Recording, sensor_map: SensorMap, out: Path) -> dict[
             source = str(recording.sources[0])
             raise FileProblems(replace(p, file=source, line=0, column=0) for p in error.problems) from None
         written.replace(out)
-    return {"columns": list(columns), "rows": columns["s"].size}
+    notes = [*recording.notes, *unit_notes(sensor_map, recording)]
+    return {"columns": list(columns), "rows": columns["s"].size, "notes": notes}
 
 
 def write_run(recording: Recording, sensor_map: SensorMap, out: Path) -> MeasuredRun:

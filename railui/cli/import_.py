@@ -122,6 +122,8 @@ def _import_track(recording: Recording, sensor_map: Any, out: Path, call: Invoca
 
     written = write_track(recording, sensor_map, out)
     call.info(f"wrote {out}: a track of {written['rows']} points, every {recording.interval:.4g} m")
+    for note in written["notes"]:
+        call.info(f"note: {note}")
     return written
 
 

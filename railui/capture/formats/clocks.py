@@ -19,6 +19,8 @@ DISTANCE_NAMES = (
 # a column of one of these names without a unit is hardly in metres
 KILOMETRE_NAMES = ("km", "kilometer", "kilometre", "kilometrierung", "pk", "point kilométrique")
 OWN_CLOCKS = ("t_{}", "time_{}", "{}_t", "{}_time")  # time channel of one channel
+MAX_UNSTATED_INTERVAL = 1.0  # s of a time without a unit: rows that are rarer are of milliseconds or less
+MAX_UNIX_TIME = 1e11  # s since 1970, in the year 5138: larger numbers are milliseconds or less
 TIME_UNITS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds", "sek"), "s"),
     **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
@@ -81,6 +83,30 @@ def is_time_name(name: str) -> bool:
     """
     base = name.rpartition("/")[2].lower()
     return base in TIME_NAMES or base.startswith(("t_", "time_")) or base.endswith(("_t", "_time"))
+
+
+def stated_clock(
+    clock: str | None, columns: Mapping[str, FloatArray], units: Mapping[str, str | None]
+) -> tuple[str | None, Mapping[str, str | None]]:
+    """Separate the name of a clock from a unit that is given with it, which replaces that of the file.
+
+    >>> stated_clock("t [ms]", {"t": np.arange(4.0)}, {"t": None})
+    ('t', {'t': 'ms'})
+    """
+    if clock is None or clock in columns or not clock.endswith("]"):
+        return clock, units
+    name, _, unit = clock[:-1].rpartition("[")
+    return (name.strip(), {**units, name.strip(): unit}) if name.strip() in columns else (clock, units)
+
+
+def check_seconds(path: Path, name: str, t: FloatArray, unit: str | None) -> None:
+    """Raise FileProblems for times [s] that are hardly in seconds: rare rows without a unit, or beyond any calendar."""
+    remedy = f"write `{name} [ms]`, or its actual unit, in the header, or give it by `clock: {name} [ms]` in the map"
+    interval = float(np.median(np.abs(np.diff(t)))) if t.size > 1 else 0.0
+    if t.size and float(np.max(np.abs(t))) > MAX_UNIX_TIME:
+        raise file_problem(path, f"is up to {np.max(np.abs(t)):.3g} s, beyond any time since 1970", remedy, name)
+    if not unit and interval > MAX_UNSTATED_INTERVAL:
+        raise file_problem(path, f"has no unit, in seconds there would be a row every {interval:g} s", remedy, name)
 
 
 def check_order(

@@ -9,6 +9,7 @@ import numpy as np
 
 from railui.arrays import FloatArray
 from railui.capture.formats import hdf5
+from railui.capture.formats.clocks import stated_clock
 from railui.capture.formats.time_base import check_size
 from railui.capture.formats.vectors import Vectors
 from railui.capture.processing.recording import Recording
@@ -44,7 +45,8 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     unit_struct = variables.get("units")
     units = {name: str(getattr(unit_struct, name)) if hasattr(unit_struct, name) else None for name in columns}
     rate = rate or next((float(variables[name]) for name in RATE_VARIABLES if name in variables), None)
-    recording = Vectors(path, columns, units, clock, rate).recording()
+    clock, stated = stated_clock(clock, columns, units)
+    recording = Vectors(path, columns, stated, clock, rate).recording()
     recording.notes.extend(notes)
     return [recording]
 

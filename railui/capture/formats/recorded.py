@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from railui.capture.formats.sentinels import gaps_at_sentinels
 from railui.capture.processing.recording import Recording
 from railui.capture.recorder.clock import is_significant
 from railui.io.problems import file_problem
@@ -50,17 +51,19 @@ def _join(files: list[Path], reports: dict[str, dict[str, object]]) -> Recording
         last = float(t[-1])
         joined.append(table)
     first = joined[0]
-    names = [name for name in first.names if name != "t"]
+    channels = {n: np.concatenate([table.column(n) for table in joined]) for n in first.names if n != "t"}
+    units = dict(zip(first.names, first.units, strict=True))
+    channels, marks = gaps_at_sentinels(channels, units)
     drift, notes = _significant_drift(reports.get(files[0].name, {}))
     return Recording(
         files[0].parent.name or files[0].name,
         np.concatenate([table.column("t") for table in joined]),
-        {name: np.concatenate([table.column(name) for table in joined]) for name in names},
-        dict(zip(first.names, first.units, strict=True)),
+        channels,
+        units,
         drift=drift,
         device=str(reports.get(files[0].name, {}).get("device", "")),
         sources=tuple(files[: len(joined)]),
-        notes=notes + [f"{f.name} is ignored: its clock runs back" for f in files[len(joined) :]],
+        notes=notes + marks + [f"{f.name} is ignored: its clock runs back" for f in files[len(joined) :]],
     )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from railui.arrays import FloatArray
+from railui.capture.formats.clocks import stated_clock
 from railui.capture.formats.time_base import Series, check_size, is_discrete, merge_series
 from railui.capture.formats.vectors import Vectors
 from railui.capture.processing.recording import Recording
@@ -41,7 +42,8 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
                 waveforms.append((channel.properties, name, values))
             else:
                 columns[name] = _as_numbers(values)
-    vectors = Vectors(path, columns, units, clock, rate)
+    clock, stated = stated_clock(clock, columns, units)
+    vectors = Vectors(path, columns, stated, clock, rate)
     if not waveforms:
         recording = vectors.recording()
         recording.notes.extend(notes)

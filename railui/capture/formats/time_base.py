@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +15,12 @@ from railui.capture.formats.clocks import (
     TIME_NAMES,
     axis_factor,
     check_order,
+    check_seconds,
     find_axis,
     is_distance,
+    stated_clock,
 )
+from railui.capture.formats.sentinels import gaps_at_sentinels, without_sentinels
 from railui.capture.processing.recording import Recording
 from railui.core import Spline
 from railui.dsp.integrate import lowpass
@@ -82,12 +85,14 @@ def merge_series(path: Path, series: Sequence[Series], notes: Sequence[str] = ()
     if not series:
         reason = f": {notes[0]}" if notes else ""
         raise file_problem(path, f"holds no series against time{reason}", "export time histories")
-    for item in series:
+    series, remarks = list(series), list(notes)
+    for i, item in enumerate(series):
         check_order(path, item.name, item.t)
+        values, marks = without_sentinels(item.name, item.values, item.unit)
+        series[i], remarks = replace(item, values=values), remarks + marks
     grid = max(series, key=lambda x: x.t.size)
     channels: dict[str, FloatArray] = {}
     units: dict[str, str | None] = {}
-    remarks = list(notes)
     for item in series:
         name = _free_name(item.name, channels)
         if name != item.name:
@@ -187,6 +192,7 @@ def recording_from_columns(
     FileProblems
         If there is neither a time or distance channel nor a rate, or if the time stamps repeat or are out of order.
     """
+    clock, units = stated_clock(clock, columns, units)
     if clock is not None and clock not in columns:
         raise file_problem(path, f"no channel {clock!r}", suggest_name(clock, columns), "clock")
     clock_name = clock or find_axis(columns, units, TIME_NAMES, "s")
@@ -198,15 +204,16 @@ def recording_from_columns(
         channels = ", ".join(columns)[:300]
         remedy = f"name it, `--clock NAME` or in a map `clock: NAME`, or give `rate: 200 Hz`; channels are {channels}"
         raise file_problem(path, "no channel is recognised as the time or the distance", remedy, "clock")
+    columns, notes = gaps_at_sentinels(columns, units, clock_name)
     if clock_name is None:
         size = len(next(iter(columns.values())))
-        return Recording(path.name, np.arange(size) / (rate or 1.0), dict(columns), dict(units), sources=(path,))
+        t = np.arange(size) / (rate or 1.0)
+        return Recording(path.name, t, columns, dict(units), sources=(path,), notes=notes)
     if abscissa == "s" and clock_name.lower() in KILOMETRE_NAMES and not units.get(clock_name):
         message, remedy = "has no unit, and would be taken as metres", f"write `{clock_name} [km]` in the header"
         raise file_problem(path, message, remedy, clock_name)
     factor = axis_factor(path, clock_name, units.get(clock_name), "s" if abscissa == "t" else "m")
     valid = np.flatnonzero(np.isfinite(columns[clock_name]))
-    notes = []
     if valid.size < columns[clock_name].size:
         count = columns[clock_name].size - valid.size
         notes.append(f"{count} rows without a value of {clock_name} are left out: they are gaps")
@@ -216,4 +223,6 @@ def recording_from_columns(
         raise file_problem(path, "has fewer than two values", "record longer", clock_name)
     check_order(path, clock_name, columns[clock_name], lines, may_fall=abscissa == "s")
     t = columns[clock_name] * factor
+    if abscissa == "t":
+        check_seconds(path, clock_name, t, units.get(clock_name))
     return Recording(path.name, t, dict(columns), dict(units), abscissa, sources=(path,), notes=notes, clock=clock_name)

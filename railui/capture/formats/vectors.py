@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from railui.arrays import FloatArray
-from railui.capture.formats.clocks import OWN_CLOCKS, TIME_NAMES, axis_factor, find_axis, is_time_name
+from railui.capture.formats.clocks import (
+    OWN_CLOCKS,
+    TIME_NAMES,
+    axis_factor,
+    check_seconds,
+    find_axis,
+    is_time_name,
+)
 from railui.capture.formats.time_base import Series, merge_series, recording_from_columns
 from railui.capture.processing.recording import Recording
 
@@ -90,5 +97,7 @@ class Vectors:
         given = clock if clock is not None and clock in columns and columns[clock].size == size else None
         found = self._own_clock(name) or given or (None if rate else self._shared_clock(name))
         if found is not None:
-            return columns[found] * axis_factor(self.path, found, self.units.get(found), "s")
+            t = columns[found] * axis_factor(self.path, found, self.units.get(found), "s")
+            check_seconds(self.path, found, t[np.isfinite(t)], self.units.get(found))
+            return t
         return None if rate is None else np.arange(size) / rate

@@ -47,8 +47,9 @@ def build_track_columns(recording: Recording, sensor_map: SensorMap) -> dict[str
     direction = 1.0 if recording.t[-1] > recording.t[0] else -1.0
     columns: dict[str, FloatArray] = {"s": direction * (recording.t - recording.t[0])}
     columns |= {name: signals[name] for name in ("yw", "phiw", "gauge") if name in signals}
-    is_complete = np.all([np.isfinite(x) for x in columns.values()], axis=0)
-    if not is_complete.all():
-        count = int(np.sum(~is_complete))
-        raise file_problem(recording.sources[0], f"{count} rows have no value", "cut the track there")
+    missing = {name: int(np.count_nonzero(~np.isfinite(x))) for name, x in columns.items()}
+    if any(missing.values()):
+        counts = ", ".join(f"{count} rows have no value of {name}" for name, count in missing.items() if count)
+        reasons = "".join(f"; {note}" for note in recording.notes)
+        raise file_problem(recording.sources[0], counts + reasons, "cut the track there")
     return columns

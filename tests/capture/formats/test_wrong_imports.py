@@ -268,3 +268,39 @@ def test_a_channel_that_was_left_out_is_named_with_the_reason(tmp_path: Path) ->
         "ayf": "holds no real numbers (object)",
     }.items():
         assert f"a.h5 has no channel '{name}': {name} {reason}: left out" in result.output
+
+
+@pytest.mark.parametrize(
+    ("factor", "start", "unit", "said"),
+    [
+        (1e3, 0.0, "ms", "t: has no unit, in seconds there would be a row every 5 s"),
+        (1e6, 0.0, "us", "t: has no unit, in seconds there would be a row every 5000 s"),
+        (1e3, 1.7e9, "ms", "t: is up to 1.7e+12 s, beyond any time since 1970"),
+        (1e9, 1.7e9, "ns", "t: is up to 1.7e+18 s, beyond any time since 1970"),
+    ],
+)
+@pytest.mark.parametrize("name", ["a.csv", "a.h5"])
+def test_a_time_without_a_unit_that_is_hardly_in_seconds_is_refused(
+    tmp_path: Path, name: str, factor: float, start: float, unit: str, said: str
+) -> None:
+    import h5py
+
+    ticks = np.rint((start + T) * factor).astype(np.int64)
+    if name == "a.csv":
+        write_lines(tmp_path / name, "t,v [m/s]", [f"{t},40" for t in ticks])
+    else:
+        with h5py.File(tmp_path / name, "w") as file:
+            file["t"], file["v"] = ticks, 40 + 0 * T
+    message = refusal(tmp_path / name)
+    assert said in message and "`t [ms]`, or its actual unit, in the header" in message
+    (recording,) = read_recordings(tmp_path / name, f"t [{unit}]")
+    assert recording.interval == pytest.approx(0.005, rel=1e-4)
+
+
+def test_a_slow_logger_that_states_seconds_is_read(tmp_path: Path) -> None:
+    (recording,) = read_recordings(
+        write_lines(tmp_path / "a.csv", "t [s],v [m/s]", [f"{60 * k},{k}" for k in range(9)])
+    )
+    assert recording.interval == 60
+    (recording,) = read_recordings(write_lines(tmp_path / "b.csv", "t,v [m/s]", [f"{k},{k}" for k in range(9)]))
+    assert recording.interval == 1
