@@ -63,7 +63,7 @@ def import_recording(
         raise ValueError("give the file of the run: out")
     sensor_map = None if map_file is None else load_map(map_file)
     if sensor_map is not None:
-        clock, rate = clock or sensor_map.clock, rate or sensor_map.rate
+        clock, rate = clock or sensor_map.clock, sensor_map.rate if rate is None else rate
     recording = max(read_recordings(file, clock, rate), key=lambda r: r.t.size)
     body: dict[str, Any] = {"channels": channel_rows(recording), "notes": recording.notes}
     if out is None:

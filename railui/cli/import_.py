@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     "--draft", metavar="map.yaml", help="Write a draft of a map: every channel with the quantities it may be."
 )
 @click.option("--clock", metavar="NAME", help="Time or distance channel, where there is no map.")
-@click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="HZ", help="Sampling rate without a clock.")
+@click.option("--rate", type=float, metavar="HZ", help="Sampling rate without a clock.")
 @common_options
 def command(
     file: str,
@@ -53,7 +53,7 @@ def command(
 
     sensor_map = load_map(map_file) if map_file is not None else None
     if sensor_map is not None:
-        clock, rate = clock or sensor_map.clock, rate or sensor_map.rate
+        clock, rate = clock or sensor_map.clock, sensor_map.rate if rate is None else rate
     recordings = read_recordings(file, clock, rate)
     recording = max(recordings, key=lambda r: r.t.size)
     if len(recordings) > 1:

@@ -26,6 +26,8 @@ READERS = {
     ".mcap": "mcap_",
 }  # fmt: skip
 WRITERS = {".csv": "delimited", ".mf4": "mdf", ".uff": "universal", ".h5": "hdf5", ".hdf5": "hdf5", ".mat": "matlab"}
+MIN_RATE, MAX_RATE = 1e-3, 1e7  # Hz, of a recording without a clock
+RATE_TOLERANCE = 1e-3  # of a stated rate to that of the recording
 
 
 def format_suffix(path: Path) -> str:
@@ -48,7 +50,7 @@ def read_recordings(path: str | Path, clock: str | None = None, rate: float | No
     clock
         Name of the time channel; by default it is recognised by its name.
     rate
-        Sampling rate [Hz] of a file without a time channel.
+        Sampling rate [Hz] of a file without a time channel; a note where the file has its own times.
 
     Returns
     -------
@@ -57,9 +59,21 @@ def read_recordings(path: str | Path, clock: str | None = None, rate: float | No
     Raises
     ------
     FileProblems
-        If the file cannot be read.
+        If the file cannot be read, or for a rate that no recorder has.
     """
     path = Path(path)
+    if rate is None:
+        return _read(path, clock, None)
+    if not MIN_RATE <= rate <= MAX_RATE:
+        raise file_problem(path, f"{rate:g} Hz is no sampling rate", f"give {MIN_RATE:g} to {MAX_RATE:g} Hz", "rate")
+    recordings = _read(path, clock, rate)
+    for recording in recordings:
+        if recording.clock is not None or abs(recording.interval * rate - 1) > RATE_TOLERANCE:
+            recording.notes.append(f"the rate of {rate:g} Hz is not used: the file has its own times")
+    return recordings
+
+
+def _read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     if path.is_dir() or (path.name.startswith("run_") and (path.parent / "raw.bin").exists()):
         from railui.capture.formats.recorded import read_recorded
 

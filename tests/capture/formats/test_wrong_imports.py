@@ -304,3 +304,23 @@ def test_a_slow_logger_that_states_seconds_is_read(tmp_path: Path) -> None:
     assert recording.interval == 60
     (recording,) = read_recordings(write_lines(tmp_path / "b.csv", "t,v [m/s]", [f"{k},{k}" for k in range(9)]))
     assert recording.interval == 1
+
+
+@pytest.mark.parametrize("rate", ["nan", "inf", "1e-300", "1e300", "0", "-5"])
+def test_a_rate_that_no_recorder_has_is_refused(tmp_path: Path, rate: str) -> None:
+    path = write_lines(tmp_path / "a.csv", "v [m/s],e1 [m]", [f"{k},{k}" for k in range(9)])
+    result = CliRunner().invoke(cli, ["import", str(path), "--rate", rate])
+    assert result.exit_code == 2 and "Hz is no sampling rate, give 0.001 to 1e+07 Hz" in result.output
+    with pytest.raises(FileProblems, match="is no sampling rate"):
+        import_recording(path, rate=float(rate))
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.mf4"])
+def test_a_rate_is_not_used_where_the_file_has_its_own_times(tmp_path: Path, name: str) -> None:
+    write_recording(tmp_path / name, Recording("a", T, {"v": 40 + 0 * T}, {"v": "m/s"}))
+    (recording,) = read_recordings(tmp_path / name, rate=100.0)
+    assert recording.interval == pytest.approx(0.005)
+    assert recording.notes == ["the rate of 100 Hz is not used: the file has its own times"]
+    path = write_lines(tmp_path / "b.csv", "v [m/s],e1 [m]", [f"{k},{k}" for k in range(9)])
+    (recording,) = read_recordings(path, rate=100.0)
+    assert recording.interval == pytest.approx(0.01) and recording.notes == []
