@@ -38,11 +38,13 @@ def read(path: Path, clock: str | None, rate: float | None) -> list[Recording]:
     units = dict(zip(layout.names, layout.units, strict=True))
     stamped = []
     texts = list(zip(*(record.cells for record in records), strict=True))
-    kinds = [column_kind(cells) for cells in texts]
+    kinds = [column_kind(cells, layout.separator) for cells in texts]
+    notes.extend(layout.notes)
     has_comma = _check_decimal_signs(path, records, texts, kinds, layout.separator)
     for i, name in enumerate(layout.names):
         if kinds[i] == "text":
-            notes.append(f"{name} holds text, such as {texts[i][0][:40]!r}: skipped")
+            word = next(cell for cell in texts[i] if parse_cell(cell) is None and not is_time_stamp(cell))
+            notes.append(f"{name} holds text, such as {word[:40]!r}: skipped")
         elif kinds[i] == "stamp":
             columns[name], units[name] = _stamps(path, name, texts[i], records), "s"
             stamped.append(name)

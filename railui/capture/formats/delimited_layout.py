@@ -34,7 +34,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Layout:
-    """Separator, first line of numbers, names, units and kinds of the columns.
+    """Separator, first line of numbers, names, units and kinds of the columns, notes on names that occur twice.
 
     `is_padded`: the header names all columns but the last, which must be empty (a separator ends each row).
     """
@@ -45,6 +45,7 @@ class Layout:
     units: tuple[str | None, ...]
     kinds: tuple[Kind, ...]
     is_padded: bool
+    notes: tuple[str, ...]
 
 
 def read_records(path: Path, lines: Iterable[str], separator: str) -> Iterator[Record]:
@@ -91,7 +92,7 @@ def find_layout(path: Path, lines: Sequence[str]) -> Layout:
             fault = fault or error
             continue
         count = _cell_count(records, len(lines) <= SAMPLE_LINES)
-        kinds = _column_kinds(records, count)
+        kinds = _column_kinds(records, count, separator)
         useful = sum(kind != "text" for kind in kinds)
         if count >= 2 and useful:
             found.append(((useful - len(kinds), useful), separator, count, records))
@@ -110,17 +111,21 @@ def _cell_count(records: Sequence[Record], is_whole: bool) -> int:
     return 0 if not counts else counts[0] if is_whole else counts[-1]
 
 
-def _column_kinds(records: Sequence[Record], count: int) -> tuple[Kind, ...]:
+def _column_kinds(records: Sequence[Record], count: int, separator: str) -> tuple[Kind, ...]:
     """Return the kind of each column in the last records."""
     typical = [record.cells for record in records[-TYPICAL_RECORDS:] if len(record.cells) == count]
-    return tuple(column_kind(column) for column in zip(*typical, strict=True))
+    return tuple(column_kind(column, separator) for column in zip(*typical, strict=True))
 
 
-def column_kind(cells: Sequence[str]) -> Kind:
+def column_kind(cells: Sequence[str], separator: str = ",") -> Kind:
     """Return the kind of the majority of the cells that are not missing; a column without any holds numbers.
+
+    A word that contains the separator stands in quotes, and makes the column one of text.
 
     >>> column_kind(["RUN", "RUN", "1"]), column_kind(["", "1,5"]), column_kind(["12:00:00", ""])
     ('text', 'number', 'stamp')
+    >>> column_kind(["0", "1", "2, knee"])
+    'text'
     """
     numbers = stamps = words = 0
     for cell in cells:
@@ -130,6 +135,8 @@ def column_kind(cells: Sequence[str]) -> Kind:
             numbers += 1
         elif is_time_stamp(cell):
             stamps += 1
+        elif separator in cell and any(letter.isalpha() for letter in cell):
+            return "text"
         else:
             words += 1
     if words > numbers + stamps:
@@ -138,7 +145,7 @@ def column_kind(cells: Sequence[str]) -> Kind:
 
 
 def _read_layout(path: Path, separator: str, records: Sequence[Record], count: int) -> Layout:
-    kinds = _column_kinds(records, count)
+    kinds = _column_kinds(records, count, separator)
     first = next((i for i, record in enumerate(records) if _is_data(record.cells, kinds)), len(records))
     if first == len(records) or records[first].line > MAX_HEADER_LINES:
         message = f"no line of numbers in the first {MAX_HEADER_LINES} lines"
@@ -147,8 +154,9 @@ def _read_layout(path: Path, separator: str, records: Sequence[Record], count: i
     ends_with_separator = not any(cells[-1] for cells in table_rows)
     header = [record for record in records[:first] if len(record.cells) > 1]
     is_padded = bool(header) and ends_with_separator and len(header[-1].cells) == count - 1
-    names, units = _read_header(path, header, count, is_padded)
-    return Layout(separator, records[first].line, names, units, kinds, is_padded)
+    cells, unit_row = _read_header(path, header, count, is_padded)
+    names, units, notes = _names_and_units(cells, unit_row)
+    return Layout(separator, records[first].line, names, units, kinds, is_padded, notes)
 
 
 def _is_data(cells: Sequence[str], kinds: Sequence[Kind]) -> bool:
@@ -163,8 +171,8 @@ def _is_data(cells: Sequence[str], kinds: Sequence[Kind]) -> bool:
 
 def _read_header(
     path: Path, tables: Sequence[Record], count: int, is_padded: bool
-) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Read names and units from the record or the two records above the numbers.
+) -> tuple[tuple[str, ...], tuple[str, ...] | None]:
+    """Return the record of names above the numbers, and that of units below it, None without one.
 
     Raises
     ------
@@ -172,7 +180,7 @@ def _read_header(
         If the header has another number of cells than the rows.
     """
     if not tables:
-        return tuple(f"column_{i + 1}" for i in range(count)), (None,) * count
+        return ("",) * count, None
     header = _fitted(tables[-1], count, is_padded)
     if header is None:
         message = f"has {len(tables[-1].cells)} cells, the rows below have {count}"
@@ -182,9 +190,10 @@ def _read_header(
     named = _fitted(tables[-2], count, is_padded) if len(tables) > 1 else None
     filled = max(sum(map(bool, header)), sum(map(bool, named or ())))
     is_named = named is not None and sum(map(bool, named)) >= MIN_UNIT_SHARE * filled
-    if named is not None and is_named and not any("[" in c for c in header) and _are_units(header):
+    has_names = any("[" in cell.strip()[1:] for cell in header)  # before a unit in brackets
+    if named is not None and is_named and not has_names and _are_units(header):
         header, unit_row = named, header
-    return _names_and_units(header, unit_row)
+    return header, unit_row
 
 
 def _fitted(record: Record, count: int, is_padded: bool) -> tuple[str, ...] | None:
@@ -198,17 +207,21 @@ def _fitted(record: Record, count: int, is_padded: bool) -> tuple[str, ...] | No
 
 def _names_and_units(
     header: Sequence[str], unit_row: Sequence[str] | None
-) -> tuple[tuple[str, ...], tuple[str | None, ...]]:
-    """Separate names from units; above a row of units the whole cell is the name."""
+) -> tuple[tuple[str, ...], tuple[str | None, ...], tuple[str, ...]]:
+    """Separate names from units, above a row of units the whole cell is the name; add notes on repeated names."""
+    notes: list[str] = []
     names: list[str] = []
     units: list[str | None] = []
     for i, cell in enumerate(header):
         match = HEADER_PATTERN.match(cell) if unit_row is None else None
         name = " ".join((match[1] if match else cell).split()) or f"column_{i + 1}"
-        names.append(name if name not in names else f"{name}_{i + 1}")
+        if name in names:
+            notes.append(f"{name} occurs several times: column {i + 1} is called {name}_{i + 1}")
+            name = f"{name}_{i + 1}"
+        names.append(name)
         inside = next((g for g in (match.groups()[1:] if match else ()) if g is not None), None)
         units.append(inside if unit_row is None else unit_row[i].strip("[]()"))
-    return tuple(names), tuple(units)
+    return tuple(names), tuple(units), tuple(notes)
 
 
 def _are_units(cells: Sequence[str]) -> bool:

@@ -324,3 +324,23 @@ def test_a_rate_is_not_used_where_the_file_has_its_own_times(tmp_path: Path, nam
     path = write_lines(tmp_path / "b.csv", "v [m/s],e1 [m]", [f"{k},{k}" for k in range(9)])
     (recording,) = read_recordings(path, rate=100.0)
     assert recording.interval == pytest.approx(0.01) and recording.notes == []
+
+
+def test_a_name_that_occurs_twice_gives_a_note_which_column_has_it(tmp_path: Path) -> None:
+    rows = [f"{t},{k},{10 * k}" for k, t in enumerate(T[:9])]
+    (recording,) = read_recordings(write_lines(tmp_path / "a.csv", "t [s],e1 [m],e1 [mm]", rows))
+    assert recording.channels["e1"][1] == 1 and recording.channels["e1_3"][1] == 10
+    assert recording.notes == ["e1 occurs several times: column 3 is called e1_3"]
+
+
+def test_a_line_of_units_in_brackets_is_read(tmp_path: Path) -> None:
+    rows = [f"{t},{k},{10 * k}" for k, t in enumerate(T[:9])]
+    (recording,) = read_recordings(write_lines(tmp_path / "a.csv", "t,e1,ay1", ["[s],[mm],[m/s^2]", *rows]))
+    assert recording.units == {"t": "s", "e1": "mm", "ay1": "m/s^2"}
+
+
+def test_a_quoted_cell_with_letters_makes_a_column_of_text(tmp_path: Path) -> None:
+    rows = [f'{t},"2, knee",1.5' if k == 3 else f"{t},{k},1.5" for k, t in enumerate(T[:9])]
+    (recording,) = read_recordings(write_lines(tmp_path / "a.csv", "t [s],design,v [m/s]", rows))
+    assert set(recording.channels) == {"t", "v"} and recording.channels["v"][0] == 1.5
+    assert recording.notes == ["design holds text, such as '2, knee': skipped"]
