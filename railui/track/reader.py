@@ -125,8 +125,10 @@ def _from_mean_line(s: FloatArray, yw: FloatArray) -> FloatArray:
     """Return yw from its mean line, as a ride takes it; unchanged where the table has faults."""
     if s.size < MIN_SAMPLES or not np.isfinite([s, yw]).all() or np.any(np.diff(s) <= 0):
         return yw
-    offset, heading = mean_line(s, yw)
-    return np.asarray(yw - offset - heading * (s - s[0]))
+    with np.errstate(over="ignore", invalid="ignore"):  # numbers beyond their limit are reported as they are
+        offset, heading = mean_line(s, yw)
+        result = np.asarray(yw - offset - heading * (s - s[0]))
+    return result if np.isfinite(result).all() else yw
 
 
 def _check_line(columns: dict[str, FloatArray], findings: Findings, table: Table | None = None) -> None:

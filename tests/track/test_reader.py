@@ -11,6 +11,7 @@ import pytest
 from railui.io.problems import Problem
 from railui.io.table import read_table, write_table
 from railui.track.reader import load_track, save_track
+from tests.cli.runner import run
 
 ProblemsOf = Callable[[Callable[[], object]], list[Problem]]
 S = 0.1 * np.arange(500)
@@ -73,3 +74,16 @@ def test_a_table_reads_back_what_was_written(tmp_path: Path) -> None:
     assert (read.names, read.units, read.comments) == (("a", "b"), ("m", None), ("note",))
     np.testing.assert_array_equal(read.rows, np.column_stack(list(rows.values())))
     assert read.cell_position(2, "b") == (5, 8)
+
+
+@pytest.mark.parametrize(("rows", "value"), [(slice(None), 1e308), (slice(5, 6), 1e308), (slice(5, 6), -1e307)])
+def test_numbers_beyond_any_range_are_refused(
+    tmp_path: Path, problems_of: ProblemsOf, rows: slice, value: float
+) -> None:
+    yw = YW.copy()
+    yw[rows] = value
+    path = save_track(tmp_path / "line.csv", S, yw)
+    problems = problems_of(lambda: load_track(path))
+    assert [problem.key for problem in problems] == ["yw"]
+    result = run("check", str(path))
+    assert result.exit_code == 2 and "1 error" in result.stderr and "without a problem" not in result.stderr
