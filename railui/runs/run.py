@@ -19,6 +19,7 @@ from railui.runs.segments import Segments, find_segments, sampling_rate
 from railui.runs.units import bench_columns, check_magnitudes, columns_in_si, rig_columns
 
 MAX_RIG_RATE, MAX_RIG_ROWS = 1e5, 1_000_000
+MIN_VEHICLE_RATE = 10.0  # Hz, below which nothing is left of the lateral motions of a bogie
 
 FREE_HINT = {"yw": " (zeros where nothing excites the vehicle)"}
 
@@ -141,6 +142,8 @@ def run_of_table(table: Table, sha256: str, kind: Form | None = None, *, respons
     findings.raise_errors()
     if form in RIG_FORMS:
         _check_rig_limits(rate, len(rows), findings)
+    elif responses:
+        _check_vehicle_rate(rate, table, findings)
     distance = _add_absent_columns(columns, form, notes)
     if distance is not None:
         warn_of_implausible(table, columns, rows, distance, known, findings)
@@ -281,6 +284,15 @@ def _check_rig_limits(rate: float, rows: int, findings: Findings) -> None:
         findings.add("t", f"{rows} rows are more than {MAX_RIG_ROWS}", "cut the run into parts")
 
 
+def _check_vehicle_rate(rate: float, table: Table, findings: Findings) -> None:
+    """Raise FileProblems for a rate [Hz] at which the motions of a vehicle are lost."""
+    if rate < MIN_VEHICLE_RATE:
+        message = f"rises by {1.0 / rate:.4g} s per row: {rate:.3g} Hz is too slow for the motions of a vehicle"
+        remedy = "t is in s: write its unit where it is another, as in `t [ms]`, or record with at least "
+        findings.add("t", message, f"{remedy}{MIN_VEHICLE_RATE:g} Hz", position=table.header_position)
+        findings.raise_errors()
+
+
 def _require_segment(segments: Segments, rate: float, findings: Findings) -> None:
     if segments.slices:
         return
@@ -290,11 +302,10 @@ def _require_segment(segments: Segments, rate: float, findings: Findings) -> Non
         f"{counts['stuck']} times a stuck channel, {counts['standing_rows']} rows at standstill"
     )
     duration = segments.min_samples / rate
-    findings.add(
-        "",
-        f"no segment of {duration:.4g} s is without interruption ({interruptions})",
-        "record longer, or leave out the channel that interrupts it",
-    )
+    remedy = "record longer, or leave out the channel that interrupts it"
+    if counts["rows"] < segments.min_samples:
+        remedy = f"record longer; {counts['rows']} rows at {rate:.4g} Hz last {counts['rows'] / rate:.3g} s: t is in s"
+    findings.add("", f"no segment of {duration:.4g} s is without interruption ({interruptions})", remedy)
 
 
 def _check_distance(

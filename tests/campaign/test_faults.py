@@ -138,6 +138,15 @@ def test_a_speed_in_another_unit_is_the_only_fault_named() -> None:
         assert "v [km/h]" in fault.remedy and fault.files == ("run_a.csv.gz",)
 
 
+@pytest.mark.parametrize(("column", "factor"), [("t", 10.0), ("s", 1.5), ("v", 0.5)])
+def test_a_distance_that_contradicts_speed_and_time_is_the_only_fault_named(column: str, factor: float) -> None:
+    """The track under the trailing wheelset is taken from a wrong place, which contradicts its sensors."""
+    fault = only(diagnosis_of(scaled(column, gain=factor)))
+    assert (fault.channels, fault.serious, fault.is_correctable) == (("s",), True, False)
+    assert fault.files == ("run_a.csv.gz", "run_b.csv.gz") and "unit of t, v or s" in fault.remedy
+    assert only(diagnosis_of(scaled(column, gain=factor), missing=("e1", "e2", "d1", "d2"))) == fault
+
+
 def test_without_relations_the_nominal_model_decides_only_signs_and_units_of_accelerations() -> None:
     missing = ("e1", "e2", "d1", "d2")
     assert only(diagnosis_of(scaled("ay2", gain=-1.0), missing=missing)).channels == ("ay2",)

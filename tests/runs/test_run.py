@@ -263,6 +263,25 @@ def test_a_distance_that_contradicts_the_speed_is_noted(written: Written, column
     assert any("check both" in note for note in load_run(written(as_csv(rows))).notes)
 
 
+@pytest.mark.parametrize("factor", [60, 1000])
+def test_a_time_too_slow_for_a_vehicle_is_reported(
+    factor: float, written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
+    rows = columns()
+    rows["t [s]"] *= factor
+    (found,) = problems_of(lambda: load_run(written(as_csv(rows))))
+    assert (found.line, found.key) == (1, "t") and "`t [ms]`" in found.remedy
+
+
+def test_a_time_too_short_for_a_segment_is_reported(
+    written: Written, columns: Columns, as_csv: Csv, problems_of: ProblemsOf
+) -> None:
+    rows = columns()
+    rows["t [s]"] /= 60
+    (found,) = problems_of(lambda: load_run(written(as_csv(rows))))
+    assert "1000 rows at 3000 Hz last 0.333 s" in found.remedy
+
+
 # ways of writing tables
 
 

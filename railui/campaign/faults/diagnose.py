@@ -66,6 +66,8 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
     is_on_track = dataset.campaign.design.is_on_track
     if is_on_track and (speed := _implausible_speed(dataset)) is not None:
         return ordered([speed])  # all that depends on the speed would be blamed on the sensors
+    if is_on_track and (distance := _contradictory_distance(dataset)) is not None:
+        return ordered([distance])  # likewise
     radius = track_geometry(dataset.campaign.design).rolling_radius if is_on_track else None
     waveform = waveform_faults(dataset.segments, settings, radius)
     unusable = {f.channels[0] for f in waveform if f.serious and f.kind != "hum"}
@@ -140,6 +142,23 @@ def _implausible_speed(dataset: Dataset) -> Fault | None:
     text = f"v is {max(speeds.values()):.4g} m/s in the median, faster than trains run"
     remedy = "write `v [km/h]` in the header if it is in km/h"
     return Fault("unit", ("v",), None, None, "1", files, text, True, Corrections(), remedy=remedy)
+
+
+def _contradictory_distance(dataset: Dataset) -> Fault | None:
+    """Return the fault of distances that differ from the integral of the speed: t, v or s is wrong."""
+    lengths: dict[str, tuple[float, float]] = {}
+    for name in dict.fromkeys(s.file for s in dataset.segments):
+        parts = [s.columns for s in dataset.segments if s.file == name]
+        driven = sum(float(np.sum(0.5 * (c["v"][1:] + c["v"][:-1]) * np.diff(c["t"]))) for c in parts)
+        lengths[name] = sum(float(c["s"][-1] - c["s"][0]) for c in parts), driven
+    tolerance = dataset.campaign.settings.faults.serious_distance_error
+    files = tuple(name for name, (covered, driven) in lengths.items() if abs(covered - driven) > tolerance * driven)
+    if not files:
+        return None
+    covered, driven = lengths[files[0]]
+    text = f"s covers {covered:.6g} m where v gives {driven:.6g} m in the time t"
+    remedy = "correct the unit of t, v or s in the header (s, m/s, m), or leave s out if it is the wrong one"
+    return Fault("unit", ("s",), None, None, "1", files, text, True, Corrections(), remedy=remedy)
 
 
 def _without(segment: Segment, channels: set[str]) -> Segment:

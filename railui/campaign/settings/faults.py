@@ -42,6 +42,11 @@ class FaultSettings:
     serious_track_offset: float = setting(
         0.1, unit="m", meaning="Offset along the line from which the track was recorded elsewhere."
     )
+    serious_distance_error: float = setting(
+        0.1,
+        meaning="Relative difference between s and the integral of v from which time, speed or distance is wrong.",
+        provenance="derived: the time from one wheelset of a bogie to the next is off by serious_group_delay at 40 m/s",
+    )
     gravity_tolerance: float = setting(
         0.3, maximum=1.0, meaning="Relative deviation from g of the gravity that an accelerometer feels through roll."
     )
