@@ -156,8 +156,28 @@ def find_spikes(x: FloatArray) -> Spikes | None:
     >>> find_spikes(x)
     Spikes(number=1, row=700, value=80.0)
     """
-    if x.size < 8:
+    found, off = _spike_rows(x)
+    if not found.size:
         return None
+    largest = int(found[np.argmax(off)])
+    return Spikes(int(found.size), largest, float(x[largest]))
+
+
+def without_spikes(x: FloatArray) -> FloatArray:
+    """Return a channel [n] with its spikes replaced by the mean of their neighbours."""
+    found, _ = _spike_rows(x)
+    if not found.size:
+        return x
+    smooth = x.copy()
+    smooth[found] = 0.5 * (x[found - 1] + x[found + 1])
+    return smooth
+
+
+def _spike_rows(x: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
+    """Rows of the spikes of a channel [n], and how far they are off the line through their neighbours."""
+    none = np.zeros(0, dtype=np.intp), np.zeros(0)
+    if x.size < 8:
+        return none
     with np.errstate(invalid="ignore", over="ignore"):
         off = np.abs(x[1:-1] - 0.5 * (x[:-2] + x[2:]))
         between = np.abs(x[2:] - x[:-2])
@@ -165,6 +185,5 @@ def find_spikes(x: FloatArray) -> Spikes | None:
         scale = max(float(np.nanmedian(off)) * MAD_TO_SD, MIN_SPIKE_SHARE * float(spread))
         found = np.flatnonzero((off > MIN_SPIKE_RATIO * scale) & (between < MAX_NEIGHBOUR_SHARE * off))
     if not scale or not found.size or found.size > max(MAX_SPIKES_SHARE * x.size, 1):
-        return None
-    largest = int(found[np.argmax(off[found])]) + 1
-    return Spikes(int(found.size), largest, float(x[largest]))
+        return none
+    return found + 1, off[found]

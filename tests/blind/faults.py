@@ -108,6 +108,15 @@ def with_dropouts(channel: str, events: int, holds: bool) -> Plant:
     return plant
 
 
+def with_spikes(channel: str, size: float, rows: Sequence[int]) -> Plant:
+    def plant(c: Columns, rng: np.random.Generator) -> Columns:
+        x = c[channel].copy()
+        x[list(rows)] = size
+        return {**c, channel: x}
+
+    return plant
+
+
 def with_hum(channel: str, frequency: float, share: float) -> Plant:
     def plant(c: Columns, rng: np.random.Generator) -> Columns:
         if channel not in c:

@@ -25,6 +25,7 @@ from tests.blind.faults import (
     with_faults,
     with_gravity,
     with_hum,
+    with_spikes,
 )
 from tests.blind.simulated import simulated_campaign
 
@@ -145,6 +146,12 @@ def test_a_distance_that_contradicts_speed_and_time_is_the_only_fault_named(colu
     assert (fault.channels, fault.serious, fault.is_correctable) == (("s",), True, False)
     assert fault.files == ("run_a.csv.gz", "run_b.csv.gz") and "unit of t, v or s" in fault.remedy
     assert only(diagnosis_of(scaled(column, gain=factor), missing=("e1", "e2", "d1", "d2"))) == fault
+
+
+@pytest.mark.parametrize(("channel", "size"), [("ay1", 5000.0), ("rf", 30.0), ("d2", 0.5), ("yw", 0.5)])
+@pytest.mark.parametrize("missing", [(), ("e1", "e2", "d1")])
+def test_single_spikes_are_no_fault_of_the_whole_channel(channel: str, size: float, missing: Sequence[str]) -> None:
+    assert diagnosis_of(with_spikes(channel, size, [2000, 3100]), missing=missing).faults == ()
 
 
 def test_without_relations_the_nominal_model_decides_only_signs_and_units_of_accelerations() -> None:

@@ -34,6 +34,7 @@ from railui.campaign.settings.faults import FaultSettings
 from railui.io.units import MAX_PLAUSIBLE_SPEED, UnitError, parse_unit
 from railui.parallel import map_threads
 from railui.runs.columns import COLUMNS
+from railui.runs.plausibility import without_spikes
 from railui.vehicle.model import Model
 from railui.vehicle.track_geometry import track_geometry
 
@@ -72,6 +73,8 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
     waveform = waveform_faults(dataset.segments, settings, radius)
     unusable = {f.channels[0] for f in waveform if f.serious and f.kind != "hum"}
     usable = [_without(s, unusable) for s in dataset.segments]
+    if is_on_track:
+        usable = [_without_spikes(s) for s in usable]
     runs = {e.name: [s for s in usable if s.file == e.name] for e in dataset.campaign.runs}
     runs = {name: segments for name, segments in runs.items() if segments and segments[0].channels}
     faults = _faults_by_relations(dataset, runs, jobs)
@@ -166,6 +169,15 @@ def _without(segment: Segment, channels: set[str]) -> Segment:
     if not channels & set(segment.columns):
         return segment
     return replace(segment, columns={k: x for k, x in segment.columns.items() if k not in channels}, tables={})
+
+
+def _without_spikes(segment: Segment) -> Segment:
+    """Return the segment with its spikes smoothed, which reading reports: one sample changes every frequency."""
+    names = {*segment.channels, *segment.input_columns}
+    smooth = {name: without_spikes(segment.columns[name]) for name in names}
+    if all(x is segment.columns[name] for name, x in smooth.items()):
+        return segment
+    return replace(segment, columns={**segment.columns, **smooth}, tables={})
 
 
 def _geometry(dataset: Dataset) -> tuple[float, float]:
