@@ -85,6 +85,22 @@ def test_exchanged_channels_are_named_together() -> None:
     assert (fault.kind, set(fault.channels)) == ("exchanged", {"e1", "e2"})
 
 
+@pytest.mark.parametrize("missing", [(), ("e1", "e2"), ("ay1", "ay2")])
+def test_deflections_that_both_have_the_wrong_sign_are_not_exchanged(missing: Sequence[str]) -> None:
+    """The frame follows slow motions of the wheelsets, so that d1 is nearly -d2 there."""
+    fault = only(diagnosis_of(scaled("d1", "d2", gain=-1.0), missing=missing))
+    assert (fault.kind, fault.channels, fault.is_correctable) == ("sign", ("d1", "d2"), True)
+    assert only(diagnosis_of(exchanged("d1", "d2"), missing=missing)).kind == "exchanged"
+
+
+def test_deflections_of_which_only_the_difference_is_known_may_be_either() -> None:
+    for plant in (scaled("d1", "d2", gain=-1.0), exchanged("d1", "d2")):
+        fault = only(diagnosis_of(plant, missing=("ay1", "ay2", "ayf")))
+        assert fault.serious and not fault.is_correctable
+        assert fault.yaml == "sensors: {d1: {gain: -1}, d2: {gain: -1}}"
+        assert fault.alternatives == ("sensors: {d1: {swap_with: d2}}",)
+
+
 def test_a_track_that_is_recorded_elsewhere_is_measured_in_metres() -> None:
     fault = only(diagnosis_of(moved_track(0.4)))
     assert (fault.kind, fault.serious) == ("track_offset", True)

@@ -13,7 +13,7 @@ from railui.campaign.faults.hypotheses import RADIAN, Consistency, G, Hypothesis
 from railui.campaign.faults.spectra import ROLL, RunSpectra
 from railui.runs.plausibility import MAX_RMS
 
-TRACK = ("yw", "phiw")
+TRACK, DEFLECTIONS = ("yw", "phiw"), ("d1", "d2")
 DISPLACEMENTS, ACCELERATIONS = ("e1", "e2", "d1", "d2"), ("ay1", "ay2", "ayf")
 ANGLES = ("rf", "phiw")
 # channels that one logger or one kind of sensor records
@@ -24,7 +24,7 @@ LOGGERS = (
     ("ay1", "ay2"),
     ("ayf", "rf"),
     ("e1", "e2"),
-    ("d1", "d2"),
+    DEFLECTIONS,
     ("e1", "e2", "d1", "d2"),
     ("e1", "e2", *TRACK),
     ("d1", "d2", "ayf", "rf"),
@@ -50,8 +50,7 @@ def discrete_hypotheses(
     """List signs, units and exchanges of channels; rms: as recorded, by which some units are impossible."""
     size = rms or {}
     out = [Hypothesis("sign", (c,), -1.0) for c in channels]
-    if set(TRACK) <= set(channels):
-        out.append(Hypothesis("sign", TRACK, -1.0))
+    out += [Hypothesis("sign", pair, -1.0) for pair in (TRACK, DEFLECTIONS) if set(pair) <= set(channels)]
     if has_units:
         out += [Hypothesis("unit", (c,), g) for c in channels for g in unit_gains(c, size.get(c, 0.0))]
     for group in (DISPLACEMENTS, ACCELERATIONS):
