@@ -15,7 +15,7 @@ from railui.io.table import Table, read_header, read_table
 from railui.io.units import MAX_PLAUSIBLE_SPEED
 from railui.runs.columns import FORMS, RIG_FORMS, Column, Form, column_names, columns_of
 from railui.runs.plausibility import check_limits, warn_of_implausible
-from railui.runs.segments import Segments, find_segments, sampling_rate
+from railui.runs.segments import Segments, find_segments, sampling_rate, warn_of_interruptions
 from railui.runs.units import bench_columns, check_magnitudes, columns_in_si, rig_columns
 
 MAX_RIG_RATE, MAX_RIG_ROWS = 1e5, 1_000_000
@@ -150,6 +150,7 @@ def run_of_table(table: Table, sha256: str, kind: Form | None = None, *, respons
     segments = find_segments(columns, rate, form)
     _require_segment(segments, rate, findings)
     _check_distance(table, columns, segments, rows, form, findings)
+    warn_of_interruptions(table, columns, rows, rate, form, findings)
     findings.raise_errors()
     unknown = tuple(name for name in table.names if name not in known)
     return Run(
@@ -238,6 +239,8 @@ def _drop_constant_channels(
                 )
             else:
                 notes.append(f"{name} {state}: not used")
+                remedy = "it is not used; connect the sensor, or leave the column out"
+                findings.warn(name, state, remedy, position=table.header_position)
                 del columns[name]
     if form not in RIG_FORMS and not np.any(np.isfinite(columns["v"])):
         findings.add("v", "has no value", "give the speed", position=table.header_position)

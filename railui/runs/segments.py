@@ -19,6 +19,7 @@ MIN_STUCK_RIG_SAMPLES = 20  # a slow record of a rig repeats values of a coarse 
 MIN_DURATION = 10.0  # s, of a vehicle's run
 MIN_RIG_SAMPLES = 50  # samples; bench tests may last a second
 GAP_INTERVALS = 1.5  # intervals
+UNUSED = "these rows are not used"
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,49 @@ def find_segments(columns: Mapping[str, FloatArray], rate: float, form: Form) ->
     return Segments(segments, counts, shortest)
 
 
+def warn_of_interruptions(
+    table: Table, columns: Mapping[str, FloatArray], rows: NDArray[np.intp], rate: float, form: Form, findings: Findings
+) -> None:
+    """Warn of gaps, empty cells, standstill and stuck channels, which interrupt the segments of a run.
+
+    rows: rows of the table of the values of `columns` [n].
+    """
+    t = columns["t"]
+
+    def warn(name: str, row: int, message: str, remedy: str) -> None:
+        findings.warn(name, message, remedy, position=table.cell_position(int(rows[row]), name))
+
+    steps = np.diff(t)
+    jumps = np.flatnonzero(steps * rate > GAP_INTERVALS)
+    if jumps.size:
+        k = int(jumps[np.argmax(steps[jumps])])
+        many = f"{jumps.size} gaps, the longest" if jumps.size > 1 else "a gap"
+        remedy = "the run goes on behind a gap as another segment; record without pauses if none was intended"
+        warn("t", k + 1, f"has {many} of {steps[k]:.4g} s from {t[k]:.6g} s on", remedy)
+    channels = [name for name in column_names(form, "track", "response", "coach") if name in columns]
+    empty: dict[bytes, list[str]] = {}
+    for name in [*(name for name in column_names(form, "clock") if name in columns), *channels]:
+        empty.setdefault(np.isnan(columns[name]).tobytes(), []).append(name)
+    for names in empty.values():
+        if (missing := np.flatnonzero(np.isnan(columns[names[0]]))).size:
+            number = f"{missing.size} row{'s' * (missing.size > 1)}"
+            subject = "has no value" if len(names) == 1 else f"and {', '.join(names[1:])} have no value"
+            remedy = f"{UNUSED}; leave a column out that fails often"
+            warn(names[0], int(missing[0]), f"{subject} in {number}, first at {t[missing[0]]:.6g} s", remedy)
+    if form not in RIG_FORMS and (standing := np.flatnonzero(columns["v"] <= 0)).size:
+        message = f"is 0 or less in {standing.size} row{'s' * (standing.size > 1)}, first at {t[standing[0]]:.6g} s"
+        warn("v", int(standing[0]), message, f"{UNUSED} as a standstill: correct v if the vehicle moved")
+    for name in channels:
+        stuck = [] if _may_rest(form, name) else _stuck_parts(columns[name], stuck_samples(rate, form))
+        if stuck:
+            first, end = max(stuck, key=lambda part: part[1] - part[0])
+            many = f"{len(stuck)} times, the longest" if len(stuck) > 1 else "once,"
+            message = f"is stuck {many} at {columns[name][first]:.4g} for {(end - first) / rate:.3g} s"
+            warn(
+                name, first, f"{message} from {t[first]:.6g} s on", f"{UNUSED}; leave the column out if it fails often"
+            )
+
+
 def _may_rest(form: Form, name: str) -> bool:
     """True for the input of a rig and the motion of a bench, which may rest on purpose."""
     return (form == "rig" and name == "u") or (form == "bench" and name in ("z", "vz"))
@@ -123,14 +167,20 @@ def _stuck_rows(columns: list[FloatArray], longest: int) -> tuple[NDArray[np.boo
     size = columns[0].size if columns else 0
     stuck, count = np.zeros(size, dtype=bool), 0
     for column in columns:
-        if not np.any(column):
-            continue  # zero throughout: an absent track column, or a coach without force
-        edges = np.flatnonzero(np.diff(column) != 0) + 1  # NaN differs from everything
-        bounds = np.concatenate(([0], edges, [size]))
-        for k in np.flatnonzero(np.diff(bounds) >= longest):
-            stuck[bounds[k] : bounds[k + 1]] = True
-            count += 1
+        parts = _stuck_parts(column, longest)
+        for first, end in parts:
+            stuck[first:end] = True
+        count += len(parts)
     return stuck, count
+
+
+def _stuck_parts(column: FloatArray, longest: int) -> list[tuple[int, int]]:
+    """Return the first row and the end of every part in which a column [n] has one value for so many samples."""
+    if not np.any(column):
+        return []  # zero throughout: an absent track column, or a coach without force
+    edges = np.flatnonzero(np.diff(column) != 0) + 1  # NaN differs from everything
+    bounds = np.concatenate(([0], edges, [column.size]))
+    return [(int(bounds[k]), int(bounds[k + 1])) for k in np.flatnonzero(np.diff(bounds) >= longest)]
 
 
 def _good_ranges(good: NDArray[np.bool_], jumps: NDArray[np.intp]) -> list[slice]:

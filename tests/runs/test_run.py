@@ -208,6 +208,25 @@ def test_a_dead_channel_is_left_out_and_named(
     assert problems_of(lambda: load_run(written(as_csv(dead))))[0].key == "yw"
 
 
+def test_what_interrupts_a_run_is_warned_of_with_its_line_and_time(
+    written: Written, columns: Columns, as_csv: Csv
+) -> None:
+    rows = columns(seconds=60.0)
+    rows["t [s]"][2000:] += 30.0
+    rows["v [m/s]"][100:110] = 0.0
+    rows["e1 [m]"][700:800] = rows["e1 [m]"][700]
+    rows["ay1 [m/s^2]"][1500:1503] = np.nan
+    rows["yw [m]"][1500:1503] = np.nan
+    rows["d1 [m]"] = np.full(3000, np.nan)
+    found = {p.key: p for p in load_run(written(as_csv(rows))).warnings}
+    assert {key: p.line for key, p in found.items()} == {"d1": 1, "t": 2002, "yw": 1502, "v": 102, "e1": 702}
+    assert found["t"].message == "has a gap of 30.02 s from 39.98 s on"
+    assert found["yw"].message == "and ay1 have no value in 3 rows, first at 30 s"
+    assert found["v"].message == "is 0 or less in 10 rows, first at 2 s"
+    assert found["e1"].message.startswith("is stuck once, at ") and found["e1"].message.endswith("2 s from 14 s on")
+    assert found["d1"].message == "has no value" and all(p.remedy for p in found.values())
+
+
 def test_a_track_of_zeros_is_a_straight_line(written: Written, columns: Columns, as_csv: Csv) -> None:
     flat = columns() | {"yw [m]": np.zeros(1000), "gauge [m]": np.zeros(1000)}
     assert load_run(written(as_csv(flat))).counts["used"] == 1000
