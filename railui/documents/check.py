@@ -25,8 +25,8 @@ from railui.optimisation.study import Study
 from railui.optimisation.study_reader import load_study
 from railui.planning.plan_file import read_plan_fields
 from railui.ride_quality.en14363.recording import is_recording, read_recording
-from railui.runs.columns import columns_of
-from railui.runs.overlap import MAX_SHARED_SHARE, shared_share
+from railui.runs.columns import RIG_FORMS, columns_of
+from railui.runs.overlap import MAX_SHARED_SHARE, MIN_SAME_NOISE, same_noise, shared_share
 from railui.runs.run import Run, load_run
 from railui.track.line_file import load_line
 from railui.track.reader import TrackColumns, load_track
@@ -249,7 +249,12 @@ def _check_overlap(campaign: Campaign, runs: Sequence[Run], findings: Findings) 
     for (i, first), (j, second) in combinations(enumerate(campaign.runs), 2):
         if first.role == second.role:
             continue
-        share = shared_share(runs[i].columns, runs[j].columns, runs[i].kind)
-        if share > MAX_SHARED_SHARE:
+        (a, b), form = (runs[i].columns, runs[j].columns), runs[i].kind
+        if (share := shared_share(a, b, form)) > MAX_SHARED_SHARE:
             message = f"shares {100 * share:.0f} % of its samples with {first.name}, whose role is {first.role}"
-            findings.add(f"runs.{j}.file", message, "give another recording, or leave one of them out")
+        elif form not in RIG_FORMS and same_noise(a, b, form) > MIN_SAME_NOISE:
+            same = "the noise of its sensors is the same, which that of two recordings is not"
+            message = f"is {first.name}, whose role is {first.role}, resampled or rounded: {same}"
+        else:
+            continue
+        findings.add(f"runs.{j}.file", message, "give another recording, or leave one of them out")

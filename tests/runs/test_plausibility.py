@@ -11,7 +11,7 @@ import pytest
 from railui.documents.check import check
 from railui.io.table import read_table, write_table
 from railui.runs.clipping import ClippingWatch, clipped_samples
-from railui.runs.overlap import shared_share
+from railui.runs.overlap import MIN_SAME_NOISE, same_noise, shared_share
 from railui.runs.plausibility import find_spikes
 
 CAMPAIGNS = Path(__file__).parents[2] / "designs/campaigns"
@@ -94,11 +94,60 @@ def test_a_recording_that_serves_estimation_and_validation_is_found(tmp_path: Pa
     assert "shares 100 % of its samples with run_a.csv" in problem.message
 
 
+def test_a_recording_of_half_the_rate_is_no_second_one(tmp_path: Path) -> None:
+    changed_run(tmp_path / "run_a.csv", lambda columns: None)
+    changed_run(tmp_path / "run_b.csv", lambda columns: columns.update({k: x[1::2] for k, x in columns.items()}))
+    runs = "[{file: run_a.csv, role: adjust}, {file: run_b.csv, role: validate}]"
+    vehicle = CAMPAIGNS.parent / "test_bogie.yaml"
+    (tmp_path / "campaign.yaml").write_text(f"name: a\nvehicle: {vehicle}\nruns: {runs}\n")
+    (problem,) = [p for p in check([tmp_path / "campaign.yaml"]) if p.severity == "error"]
+    assert problem.key == "runs.1.file" and "is run_a.csv, whose role is adjust, resampled" in problem.message
+
+
 def test_coarse_numbers_alone_are_no_shared_samples() -> None:
     random = np.random.default_rng(1)
     a, b = ({"e1": np.round(random.normal(size=5000), 1)} for _ in range(2))
     assert shared_share(a, b) == 0.0
     assert shared_share(a, {"e1": a["e1"][1000:]}) == 1.0
+
+
+def noisy_pass(seed: int, noise: float = 3e-5, rate: float = 200.0, n: int = 6000, track: int = 0) -> Columns:
+    """Two motions of a track below 14 Hz, with hum and noise of their own."""
+    t, tones = np.arange(n) / rate, np.random.default_rng(track)
+    sensors = np.random.default_rng([1, seed])
+    hum = 1e-4 * np.sin(2 * np.pi * 60.0 * t)
+    columns = {"t": t}
+    for name in ("e1", "ay1"):
+        f, phase = tones.uniform(0.3, 14.0, (100, 1)), tones.uniform(0.0, 7.0, (100, 1))
+        columns[name] = 1e-3 * np.sin(2 * np.pi * f * t + phase).mean(axis=0) + hum * (noise > 0)
+        columns[name] += noise * sensors.standard_normal(n)
+    return columns
+
+
+@pytest.mark.parametrize(
+    "copied",
+    [
+        lambda c: {k: x[1::2] for k, x in c.items()},
+        lambda c: {k: np.round(x, 3 if k == "t" else 5) for k, x in c.items()},
+        lambda c: {"t": (t := c["t"][:-1] + 1.3e-3), **{k: np.interp(t, c["t"], c[k]) for k in ("e1", "ay1")}},
+    ],
+    ids=["half rate", "rounded", "resampled"],
+)
+def test_one_recording_is_known_by_its_noise(copied: Callable[[Columns], Columns]) -> None:
+    first = noisy_pass(1)
+    assert shared_share(first, copied(first), "bogie") < 0.05
+    assert same_noise(first, copied(first), "bogie") > MIN_SAME_NOISE
+    assert same_noise(first, copied(noisy_pass(2)), "bogie") == 0.0
+
+
+def test_neither_one_track_nor_shocks_nor_smooth_motions_are_one_recording() -> None:
+    first, second = noisy_pass(1), noisy_pass(2)
+    for run in (first, second):
+        for name in ("e1", "ay1"):
+            run[name][3000] += 10.0
+    assert same_noise(first, second, "bogie") == 0.0
+    smooth = [noisy_pass(1, noise=0.0, track=k) for k in (3, 4)]
+    assert same_noise(*smooth, "bogie") < MIN_SAME_NOISE
 
 
 def test_one_commanded_motion_of_two_runs_on_a_bench_is_no_shared_recording() -> None:
