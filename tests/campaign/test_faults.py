@@ -85,6 +85,14 @@ def test_exchanged_channels_are_named_together() -> None:
     assert (fault.kind, set(fault.channels)) == ("exchanged", {"e1", "e2"})
 
 
+@pytest.mark.parametrize("missing", [(), ("ay1", "ay2")])
+def test_all_sensors_of_the_ends_may_be_exchanged(missing: Sequence[str]) -> None:
+    pairs = [pair for pair in (("e1", "e2"), ("ay1", "ay2"), ("d1", "d2")) if not set(pair) & set(missing)]
+    fault = only(diagnosis_of(*(exchanged(*pair) for pair in pairs), missing=missing))
+    assert (fault.kind, fault.serious, fault.alternatives) == ("exchanged", True, ())
+    assert {(c.channel, c.swap_with) for c in fault.corrections.channels} == set(pairs)
+
+
 @pytest.mark.parametrize("missing", [(), ("e1", "e2"), ("ay1", "ay2")])
 def test_deflections_that_both_have_the_wrong_sign_are_not_exchanged(missing: Sequence[str]) -> None:
     """The frame follows slow motions of the wheelsets, so that d1 is nearly -d2 there."""
@@ -162,6 +170,14 @@ def test_a_distance_that_contradicts_speed_and_time_is_the_only_fault_named(colu
     assert (fault.channels, fault.serious, fault.is_correctable) == (("s",), True, False)
     assert fault.files == ("run_a.csv.gz", "run_b.csv.gz") and "unit of t, v or s" in fault.remedy
     assert only(diagnosis_of(scaled(column, gain=factor), missing=("e1", "e2", "d1", "d2"))) == fault
+
+
+def test_a_speed_in_another_unit_is_known_by_the_time_between_the_wheelsets() -> None:
+    """Speed and distance agree, so that only the track under the trailing wheelset contradicts its sensors."""
+    fault = only(diagnosis_of(scaled("v", "s", gain=1 / 3.6)))
+    assert (fault.channels, fault.serious, fault.is_correctable) == (("v",), True, False)
+    assert fault.value == pytest.approx(1 / 3.6) and "3.6 times too small" in fault.text
+    assert only(diagnosis_of(scaled("v", "s", gain=1 / 3.6), missing=("ay1", "ay2"))) == fault
 
 
 @pytest.mark.parametrize(("channel", "size"), [("ay1", 5000.0), ("rf", 30.0), ("d2", 0.5), ("yw", 0.5)])

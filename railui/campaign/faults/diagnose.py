@@ -13,7 +13,7 @@ from railui.campaign.corrections.correction import Corrections, yaml_line
 from railui.campaign.dataset import Dataset
 from railui.campaign.faults.cross_level import has_reversed_cross_level
 from railui.campaign.faults.fault import Diagnosis, Fault, ordered
-from railui.campaign.faults.hypotheses import RADIAN, G, Hypothesis
+from railui.campaign.faults.hypotheses import RADIAN, Consistency, G, Hypothesis
 from railui.campaign.faults.intermittent import fault_of_part, find_intermittent_fault
 from railui.campaign.faults.merge import hypothesis_fault, merged_faults
 from railui.campaign.faults.nominal import ModelAgreement, compare_with_nominal, contradicted
@@ -25,6 +25,7 @@ from railui.campaign.faults.response import (
 )
 from railui.campaign.faults.response_spectra import ResponseSpectra, response_spectra, vehicle_rows
 from railui.campaign.faults.rig_faults import faults_of_rig
+from railui.campaign.faults.scores import is_consistent, is_evident, total_misfit
 from railui.campaign.faults.search import FaultSearch, Transform
 from railui.campaign.faults.spectra import RunSpectra, run_spectra
 from railui.campaign.faults.waveform import waveform_faults
@@ -40,6 +41,7 @@ from railui.vehicle.track_geometry import track_geometry
 
 FOLLOWING = ("ay1", "ay2", "ayf", "rf")  # channels that follow the track at long wavelengths, for any vehicle
 NAMED_UNITS = {"m/s^2": {"g": 1.0 / G}, "rad/s": {"deg/s": RADIAN}, "rad": {"deg": RADIAN}}  # gain where SI is stated
+KMH = 3.6  # km/h in a m/s
 TRACK_COLUMNS = ("yw", "phiw")
 RESPONSE = "response to the track of vehicles about the nominal model"
 
@@ -77,6 +79,8 @@ def diagnose(dataset: Dataset, jobs: int | None = 1) -> Diagnosis:
         usable = [_without_spikes(s) for s in usable]
     runs = {e.name: [s for s in usable if s.file == e.name] for e in dataset.campaign.runs}
     runs = {name: segments for name, segments in runs.items() if segments and segments[0].channels}
+    if is_on_track and (speed := _speed_in_another_unit(dataset, runs)) is not None:
+        return ordered([speed])
     faults = _faults_by_relations(dataset, runs, jobs)
     intermittent = _intermittent_faults(dataset, runs, faults)
     if any(f.serious for f in intermittent):
@@ -162,6 +166,33 @@ def _contradictory_distance(dataset: Dataset) -> Fault | None:
     text = f"s covers {covered:.6g} m where v gives {driven:.6g} m in the time t"
     remedy = "correct the unit of t, v or s in the header (s, m/s, m), or leave s out if it is the wrong one"
     return Fault("unit", ("s",), None, None, "1", files, text, True, Corrections(), remedy=remedy)
+
+
+def _speed_in_another_unit(dataset: Dataset, runs: Mapping[str, Sequence[Segment]]) -> Fault | None:
+    """Return the fault of a speed with which the trailing wheelset meets the track at a wrong time; v and s agree."""
+    for factor in (KMH, 1.0 / KMH):
+        files = tuple(name for name, segments in runs.items() if _fits_speed(dataset, segments, factor))
+        if files:
+            size = f"{KMH:g} times too {'small' if factor > 1.0 else 'large'}"
+            text = f"the speed is {size}: the trailing wheelset meets the track at another time than v and s say"
+            remedy = "correct the unit of v, and of s where it is recorded, in the header"
+            return Fault("unit", ("v",), 1.0 / factor, None, "1", files, text, True, Corrections(), remedy=remedy)
+    return None
+
+
+def _fits_speed(dataset: Dataset, segments: Sequence[Segment], factor: float) -> bool:
+    """Return whether the channels of a run agree with a multiple of its speed, and much less with its speed."""
+    settings = dataset.campaign.settings.faults
+    scaled = [
+        replace(s, columns={**s.columns, **{c: factor * s.columns[c] for c in "vs"}}, tables={}) for s in segments
+    ]
+    given, other = (_transform(dataset, parts)(Corrections()) for parts in (segments, scaled))
+    if given is None or other is None:
+        return False
+    recorded, supposed = Consistency(given), Consistency(other)
+    evidence = total_misfit(recorded) - total_misfit(supposed)
+    is_better = is_evident(Hypothesis("unit", ("v",), 1.0 / factor), evidence, recorded, settings)
+    return is_better and is_consistent(supposed, settings)
 
 
 def _without(segment: Segment, channels: set[str]) -> Segment:

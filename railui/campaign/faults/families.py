@@ -15,6 +15,7 @@ from railui.runs.plausibility import MAX_RMS
 
 TRACK, DEFLECTIONS = ("yw", "phiw"), ("d1", "d2")
 DISPLACEMENTS, ACCELERATIONS = ("e1", "e2", "d1", "d2"), ("ay1", "ay2", "ayf")
+ENDS = (("e1", "e2"), ("ay1", "ay2"), DEFLECTIONS)
 ANGLES = ("rf", "phiw")
 # channels that one logger or one kind of sensor records
 LOGGERS = (
@@ -55,6 +56,9 @@ def discrete_hypotheses(
         out += [Hypothesis("unit", (c,), g) for c in channels for g in unit_gains(c, size.get(c, 0.0))]
     for group in (DISPLACEMENTS, ACCELERATIONS):
         out += [Hypothesis("exchanged", pair) for pair in combinations([c for c in group if c in channels], 2)]
+    ends = [pair for pair in ENDS if set(pair) <= set(channels)]
+    if len(ends) > 1 and {"yw", "e1", "e2"} <= set(channels):  # without the track a wrong sign of rf is the same
+        out.append(Hypothesis("exchanged", (*(a for a, _ in ends), *(b for _, b in ends[::-1]))))
     return out
 
 

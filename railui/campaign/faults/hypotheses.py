@@ -23,6 +23,8 @@ class Hypothesis:
     ----------
     kind
         sign, unit, gain, delay, clock, offset, exchanged or gravity.
+    channels
+        Of an exchange: the first with the last, the second with the last but one.
     value
         Gain, delay [s], rate of the clock less 1, offset [m], gravity [m/s^2 per rad].
     delay
@@ -45,11 +47,12 @@ class Hypothesis:
             "delay": {"delay": self.value},
             "clock": {"clock_rate": 1.0 + self.value, "delay": self.delay},
             "gravity": {"gravity": self.value},
-            "exchanged": {"swap_with": self.channels[-1]},
         }
+        if self.kind == "exchanged":
+            pairs = zip(self.channels[: len(self.channels) // 2], self.channels[::-1], strict=False)
+            return Corrections(tuple(Correction(c, runs=runs, swap_with=other) for c, other in pairs))
         keys = changes[self.kind]
-        channels = self.channels[:1] if self.kind == "exchanged" else self.channels
-        return Corrections(tuple(Correction(c, runs=runs, **keys) for c in channels))  # type: ignore[arg-type]
+        return Corrections(tuple(Correction(c, runs=runs, **keys) for c in self.channels))  # type: ignore[arg-type]
 
 
 def corrected_relations(

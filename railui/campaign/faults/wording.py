@@ -29,6 +29,8 @@ def fault_text(h: Hypothesis) -> str:
 
     >>> fault_text(Hypothesis("sign", ("rf",), -1.0))
     'yaw rate of the frame rf has the wrong sign'
+    >>> fault_text(Hypothesis("exchanged", ("e1", "ay1", "ay2", "e2")))
+    'e1, ay1 and e2, ay2 are exchanged one by one'
     """
     names, verb = channel_names(h.channels), "have" if len(h.channels) > 1 else "has"
     if h.kind == "sign":
@@ -39,7 +41,9 @@ def fault_text(h: Hypothesis) -> str:
     if h.kind == "gain":
         return f"{names} {'are' if len(h.channels) > 1 else 'is'} recorded {h.value:.3g} times too large"
     if h.kind == "exchanged":
-        return f"{' and '.join(h.channels)} are exchanged"
+        half = len(h.channels) // 2
+        first, second = ", ".join(h.channels[:half]), ", ".join(h.channels[: half - 1 : -1])
+        return f"{first} and {second} are exchanged" + (" one by one" if half > 1 else "")
     if h.kind == "gravity":
         return f"{names} contains gravity through roll ({h.value:.3g} m/s^2 per rad of cross-level)"
     if h.kind == "offset":
