@@ -113,6 +113,8 @@ def test_a_track_that_is_recorded_elsewhere_is_measured_in_metres() -> None:
     fault = only(diagnosis_of(moved_track(0.4)))
     assert (fault.kind, fault.serious) == ("track_offset", True)
     assert fault.value == pytest.approx(0.4, abs=0.03)
+    far = only(diagnosis_of(moved_track(2.0)))  # most of the way from one wheelset to the next
+    assert (far.kind, far.value) == ("track_offset", pytest.approx(2.0, abs=0.1))
 
 
 def test_a_drifting_clock_is_measured_by_its_rate() -> None:

@@ -192,7 +192,12 @@ def _fits_speed(dataset: Dataset, segments: Sequence[Segment], factor: float) ->
     recorded, supposed = Consistency(given), Consistency(other)
     evidence = total_misfit(recorded) - total_misfit(supposed)
     is_better = is_evident(Hypothesis("unit", ("v",), 1.0 / factor), evidence, recorded, settings)
-    return is_better and is_consistent(supposed, settings)
+    if not is_better or not is_consistent(supposed, settings):
+        return False
+    corrections = ordered(_faults_by_relations(dataset, {segments[0].file: segments}, 1)).corrections
+    corrected = _transform(dataset, segments)(corrections)  # a track that is recorded elsewhere, for instance
+    rival = total_misfit(recorded if corrected is None else Consistency(corrected))
+    return rival - total_misfit(supposed) > settings.min_fault_evidence
 
 
 def _without(segment: Segment, channels: set[str]) -> Segment:
