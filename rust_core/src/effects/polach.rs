@@ -81,8 +81,7 @@ impl Effect for Polach {
 }
 
 impl Creep for Polach {
-    // e = (pi/4) T/(mu N), mu = mu_0 ((1 - A) exp(-B w) + A), w the speed of slip;
-    // F = (2 mu N/pi) (k_A e/(1 + (k_A e)^2) + atan(k_S e)), as factor on T: (k_A/(1 + (k_A e)^2) + k_S atan(k_S e)/(k_S e))/2
+    // the factor on T: (k_A/(1 + (k_A e)^2) + k_S atan(k_S e)/(k_S e))/2
     #[inline(always)]
     fn forces<P: Part>(p: Numbers<'_>, wheel: &Creeping<P>) -> [P; 2] {
         let (one, half) = (P::splat(1.0), P::splat(0.5));
