@@ -99,9 +99,12 @@ def structured_candidate(settings: ScoreTestSettings, result: ScoreTestResult) -
     """Return the best candidate that explains a structure which noise does not have; None where there is none.
 
     It explains an obvious share of the residual, or a smaller one with a significant score of its own: the largest
-    share of a library is often that of another candidate than the most significant score.
+    share of a library is often that of another candidate than the most significant score. Scores of a part of the runs
+    are no evidence.
     """
     for s in result.best:
+        if s.is_extrapolated:
+            continue
         rho2 = s.admissible_rho**2
         if rho2 >= settings.obvious_rho2 or (rho2 >= settings.structured_rho2 and result.is_significant(s)):
             return s

@@ -326,6 +326,8 @@ def test_the_share_of_one_candidate_and_the_significance_of_another_are_no_struc
     assert structured_candidate(SETTINGS, ScoreTestResult((), (share, score), 0.001, 4.0, 1.0)) is None
     second = scored(1.5 * structured, is_significant=True)
     assert structured_candidate(SETTINGS, ScoreTestResult((), (share, second), 0.001, 4.0, 1.0)) is second
+    extrapolated = replace(scored(2.0 * SETTINGS.obvious_rho2, is_significant=True), is_extrapolated=True)
+    assert structured_candidate(SETTINGS, ScoreTestResult((), (share, extrapolated), 0.001, 4.0, 1.0)) is None
 
 
 def test_candidates_that_were_scored_on_the_whole_part_rank_before_all_others():

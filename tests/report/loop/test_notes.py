@@ -34,7 +34,7 @@ ROOT = Path(__file__).parents[3]
 
 def result(error_to_noise: float, p: float, **more: Any) -> LoopResult:
     """Return a loop result whose best candidate explains 0.05 of the residual, with a family-wise p."""
-    best = SimpleNamespace(admissible_rho=np.sqrt(0.05))
+    best = SimpleNamespace(admissible_rho=np.sqrt(0.05), is_extrapolated=False)
     fields = {
         "context": SimpleNamespace(settings=LoopSettings()),
         "error_to_noise": error_to_noise,
