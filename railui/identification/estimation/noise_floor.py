@@ -28,7 +28,7 @@ from railui.identification.prediction import Predictor, SimulationError, require
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
-WEIGHT_SEED = 7
+WEIGHT_SEED = 7  # of first runs also the draw 7 of a floor: weights take a mean over draws, and lose nothing by it
 INTERVAL_SEED = 8
 INTERVAL_DRAWS = 4000
 MIN_VARIANCE_SHARE = 1e-6  # of a channel's variance: least noise that its weight counts with
