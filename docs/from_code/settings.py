@@ -22,7 +22,7 @@ settings:
 The provenance says how a value came about: *derived* from theory, *conventional* in statistics, or from a *trial* on simulated
 campaigns. Most are chosen by hand. A sensitivity study varies each setting of the loop by 20 % to either side and lists the verdicts and effects that
 depend on it (settings of a fleet are not in it): `pytest -m slow tests/identification/test_settings_sensitivity.py`.
-Constants of the numerical methods, such as the groups of a jackknife or the least number of merged blocks, stand beside their code and
+Constants of the numerical methods, such as the groups of a jackknife or the least number of merged blocks, are defined next to their code and
 are not varied.
 """
 

@@ -9,7 +9,7 @@ impl Effect for AsymmetricDamper {
         key: "asymmetric_damper",
         title: "asymmetric damper",
         source: "Iwnicki (ed.), Handbook of Railway Vehicle Dynamics (2006), ch. 3",
-        law: "F = -r c v for v > 0, else 0, beside the nominal -c v",
+        law: "F = -r c v for v > 0, else 0, in addition to the nominal -c v",
         kind: Kind::Force,
         at: &["secondary_lateral", "secondary_yaw", "rig"],
         params: &[param(
