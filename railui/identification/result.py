@@ -171,11 +171,12 @@ def run_independent_test(
     without = validate(context, before.model, segments)
     nrmse_before = error_after_start(context, without, segments)
     nrmse_after, is_contradicted = nrmse_before, False
-    if by_run is not None or after is not before or discrepancy is not None:
-        if by_run is not None:
-            final = validate_each(context, [(by_run[s.run_index], s) for s in segments])
-        else:
-            final = validate_final(context, after, discrepancy, segments)
+    final = None
+    if by_run is not None:
+        final = validate_each(context, [(by_run[s.run_index], s) for s in segments])
+    elif after is not before or discrepancy is not None:
+        final = validate_final(context, after, discrepancy, segments)
+    if final is not None:
         nrmse_after = error_after_start(context, final, segments)
         errors, final_errors = (block_errors_after_start(context, one, segments) for one in (without, final))
         is_contradicted = is_error_raised(errors, final_errors, context.settings.validation.contradiction_level)

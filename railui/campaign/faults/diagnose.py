@@ -156,7 +156,7 @@ def _contradictory_distance(dataset: Dataset) -> Fault | None:
     lengths: dict[str, tuple[float, float]] = {}
     for name in dict.fromkeys(s.file for s in dataset.segments):
         parts = [s.columns for s in dataset.segments if s.file == name]
-        driven = sum(float(np.sum(0.5 * (c["v"][1:] + c["v"][:-1]) * np.diff(c["t"]))) for c in parts)
+        driven = sum(float(np.trapezoid(c["v"], c["t"])) for c in parts)
         lengths[name] = sum(float(c["s"][-1] - c["s"][0]) for c in parts), driven
     tolerance = dataset.campaign.settings.faults.serious_distance_error
     files = tuple(name for name, (covered, driven) in lengths.items() if abs(covered - driven) > tolerance * driven)
@@ -170,26 +170,36 @@ def _contradictory_distance(dataset: Dataset) -> Fault | None:
 
 def _speed_in_another_unit(dataset: Dataset, runs: Mapping[str, Sequence[Segment]]) -> Fault | None:
     """Return the fault of a speed with which the trailing wheelset meets the track at a wrong time; v and s agree."""
-    for factor in (KMH, 1.0 / KMH):
-        files = tuple(name for name, segments in runs.items() if _fits_speed(dataset, segments, factor))
-        if files:
-            size = f"{KMH:g} times too {'small' if factor > 1.0 else 'large'}"
-            text = f"the speed is {size}: the trailing wheelset meets the track at another time than v and s say"
-            remedy = "correct the unit of v, and of s where it is recorded, in the header"
-            return Fault("unit", ("v",), 1.0 / factor, None, "1", files, text, True, Corrections(), remedy=remedy)
-    return None
+    found = {name: _factor_of_speed(dataset, segments) for name, segments in runs.items()}
+    factor = max((f for f in found.values() if f is not None), default=None)
+    if factor is None:
+        return None
+    files = tuple(name for name, each in found.items() if each == factor)
+    size = f"{KMH:g} times too {'small' if factor > 1.0 else 'large'}"
+    text = f"the speed is {size}: the trailing wheelset meets the track at another time than v and s say"
+    remedy = "correct the unit of v, and of s where it is recorded, in the header"
+    return Fault("unit", ("v",), 1.0 / factor, None, "1", files, text, True, Corrections(), remedy=remedy)
 
 
-def _fits_speed(dataset: Dataset, segments: Sequence[Segment], factor: float) -> bool:
+def _factor_of_speed(dataset: Dataset, segments: Sequence[Segment]) -> float | None:
+    """Return the factor of units by which the channels of a run agree with its speed, and much less without it."""
+    given = _transform(dataset, segments)(Corrections())
+    if given is None:
+        return None
+    recorded = Consistency(given)
+    return next((f for f in (KMH, 1.0 / KMH) if _fits_speed(dataset, segments, recorded, f)), None)
+
+
+def _fits_speed(dataset: Dataset, segments: Sequence[Segment], recorded: Consistency, factor: float) -> bool:
     """Return whether the channels of a run agree with a multiple of its speed, and much less with its speed."""
     settings = dataset.campaign.settings.faults
     scaled = [
         replace(s, columns={**s.columns, **{c: factor * s.columns[c] for c in "vs"}}, tables={}) for s in segments
     ]
-    given, other = (_transform(dataset, parts)(Corrections()) for parts in (segments, scaled))
-    if given is None or other is None:
+    other = _transform(dataset, scaled)(Corrections())
+    if other is None:
         return False
-    recorded, supposed = Consistency(given), Consistency(other)
+    supposed = Consistency(other)
     evidence = total_misfit(recorded) - total_misfit(supposed)
     is_better = is_evident(Hypothesis("unit", ("v",), 1.0 / factor), evidence, recorded, settings)
     if not is_better or not is_consistent(supposed, settings):

@@ -54,7 +54,8 @@ def input_noise_shares(
             parts = np.array([total, 0.0, 0.0])
             for of_column in spectra:
                 response = of_column.responses[name]
-                parts[1:] += response.sum(), (response * _noise_of_record(of_column)).sum()
+                of_record = noise_share(of_column.input, of_column.noise)
+                parts[1:] += response.sum(), (response * of_record).sum()
             powers[name] = powers.get(name, np.zeros(3)) + parts
     return {
         name: InputNoiseShare(float(response / total), float(coherent / total))
@@ -83,11 +84,11 @@ def _own_level(context: Context, segment: Segment, column: str) -> float:
     return float(np.exp(quiet.log)) if is_used and quiet is not None else known.used
 
 
-def _noise_of_record(spectra: InputNoiseSpectra) -> FloatArray:
-    """Share of the recorded power of an input that is its noise, per frequency."""
+def noise_share(recorded: FloatArray, noise: FloatArray) -> FloatArray:
+    """Return the share of the recorded power of an input that is its noise, per frequency, of periodograms [F]."""
     mean = np.full(SMOOTHED_LINES, 1.0 / SMOOTHED_LINES)
-    recorded, noise = (np.convolve(x, mean, "same") for x in (spectra.input, spectra.noise))
-    return np.asarray(np.minimum(noise / np.maximum(recorded, 1e-300), 1.0))
+    smooth, of_noise = (np.convolve(x, mean, "same") for x in (recorded, noise))
+    return np.asarray(np.minimum(of_noise / np.maximum(smooth, 1e-300), 1.0))
 
 
 def without_input_noise(

@@ -18,12 +18,12 @@ from railui.identification.context import Context
 from railui.identification.estimation.initial_state import estimate_initial_state, estimate_phases
 from railui.identification.prediction import Prediction, Predictor, Simulation, SimulationError
 from railui.identification.residual.coherence import ResidualCoherence, Share, residual_coherence
+from railui.identification.residual.input_noise_share import noise_share
 from railui.parallel import map_threads
 from railui.vehicle.model import Model
 
 SEED = 1031
 DRAWS = 6
-SMOOTHED_LINES = 31  # of a periodogram, in a moving mean
 RELATIONS = ("track", "motions", "others")
 
 
@@ -85,13 +85,16 @@ def _realisations(context: Context, model: Model, segment: Segment) -> list[Pred
 
 
 def _without_noise(record: FloatArray, noises: Sequence[FloatArray]) -> FloatArray:
-    """Return a record [n], the power of noise subtracted from its smoothed spectrum."""
+    """Return a record [n] less the power of its noise.
+
+    References
+    ----------
+    Boll, Suppression of acoustic noise in speech using spectral subtraction, IEEE Trans. Acoust. Speech Signal Process.
+    27 (1979) 113.
+    """
     line = np.linspace(record[0], record[-1], len(record))  # without it the ends would add power at all frequencies
     lines = np.fft.rfft(record - line)
-    mean = np.full(SMOOTHED_LINES, 1.0 / SMOOTHED_LINES)
-    recorded = np.convolve(np.abs(lines) ** 2, mean, "same")
-    noise = np.convolve(np.mean([np.abs(np.fft.rfft(x)) ** 2 for x in noises], axis=0), mean, "same")
-    share = np.minimum(noise / np.maximum(recorded, 1e-300), 1.0)
+    share = noise_share(np.abs(lines) ** 2, np.mean([np.abs(np.fft.rfft(x)) ** 2 for x in noises], axis=0))
     return np.asarray(line + np.fft.irfft(lines * np.sqrt(1.0 - share), len(record)))
 
 

@@ -54,7 +54,7 @@ def family_wise_test(
 
 def family_wise_p(highest: FloatArray, tested: Sequence[BlockScore]) -> float:
     """Probability that the highest score [draw] of a library in noise is no less than the best of some scores."""
-    best = max(s.z if s.is_one_sided else abs(s.z) for s in tested)
+    best = max(s.admissible_z for s in tested)
     return (1 + int(np.sum(highest >= best))) / (1 + len(highest))
 
 

@@ -65,6 +65,11 @@ class BlockScore:
         return float(as_normal(self.scores.sum() / sd, self.degrees_of_freedom)) if sd > 0 else 0.0
 
     @property
+    def admissible_z(self) -> float:
+        """z, absolute where both signs of the amount are possible."""
+        return self.z if self.is_one_sided else abs(self.z)
+
+    @property
     def leverage(self) -> FloatArray:
         """Weight [block] of each block in the estimate of the amount; an intermittent effect has few large ones."""
         if not self.block_norms.size:

@@ -52,8 +52,7 @@ class ScoreTestResult:
 
     def is_significant(self, score: ScoreResult) -> bool:
         """True where the score of one candidate is significant in the family-wise test."""
-        z = score.z if score.is_one_sided else abs(score.z)
-        return not score.is_extrapolated and z >= self.critical_score
+        return not score.is_extrapolated and score.admissible_z >= self.critical_score
 
 
 @dataclass(frozen=True, eq=False)

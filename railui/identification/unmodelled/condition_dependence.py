@@ -89,7 +89,7 @@ class ConditionDependence:
     common: Validation
     separate: Validation
     models: tuple[tuple[Model, Segment], ...]
-    by_run: Mapping[int, Model] = field(default_factory=dict, repr=False)
+    by_run: Mapping[int, Model] = field(repr=False)
 
     @property
     def model(self) -> Model:

@@ -1,4 +1,4 @@
-//! Varying running band: rails worn or laid to one side over a section of the track.
+//! Variation of the running band along the track, where rails are worn or laid to one side.
 use super::polyline;
 use super::effect::*;
 use crate::simd::Part;
